@@ -148,101 +148,103 @@ class SurfaceContact {
 
   void add(std::uint32_t triangle, const Manifold<Scalar>& manifold) {
     if (manifold.count == 0) return;
-    Group* group = nullptr;
-    for (Group& known : groups_) {
+    Cluster* cluster = nullptr;
+    for (Cluster& known : clusters_) {
       if (known.normal.dot(manifold.normal) > kSameNormal) {
-        group = &known;
+        cluster = &known;
         break;
       }
     }
-    if (!group) group = &groups_.emplace_back();
+    if (!cluster) cluster = &clusters_.emplace_back();
     Scalar least = std::numeric_limits<Scalar>::max();
     for (int n = 0; n < manifold.count; ++n) {
       collision::ContactPoint<Scalar> point = manifold.point[n];
       least = std::min(least, point.gap);
       // Unique within the contact, and the same as long as the same features touch.
       point.feature ^= (triangle + 1) * std::uint32_t{0x9e3779b1};
-      const bool is_known = std::ranges::any_of(
-          group->points, [&](const auto& known) { return (known.on_b - point.on_b).squaredNorm() < apart_; });
+      const bool is_known = std::ranges::any_of(cluster->points, [&](const auto& known) {
+        return (known.on_b - point.on_b).squaredNorm() < apart_;
+      });
       if (is_known) continue;
-      if (group->points.size() == kPointsMax) keep_extreme(*group);
-      group->points.push_back(point);
+      if (cluster->points.size() == kPointsMax) keep_extreme(*cluster);
+      cluster->points.push_back(point);
     }
-    if (least < group->least) {
-      group->least = least;
-      group->normal = manifold.normal;
+    if (least < cluster->least) {
+      cluster->least = least;
+      cluster->normal = manifold.normal;
     }
   }
 
-  // Of groups that push a shape from both sides of one surface, in which it would jam, keeps the one towards
-  // `outside`, or the one that overlaps less where that says nothing. Their overlaps add up to the width of
-  // the shape; in a crack between two surfaces, it is the width of the crack less.
+  // Of clusters that push a shape from both sides of one surface, in which it would jam, keeps the one
+  // towards `outside`, or the one that overlaps less where that says nothing. Their overlaps add up to the
+  // width of the shape; in a crack between two surfaces, it is the width of the crack less.
   void keep_one_side(const Vector& outside, const Part& convex, const Matrix& turn) {
     constexpr Scalar kOpposite = Scalar(-0.7);
     constexpr Scalar kOfWidth = Scalar(0.5);
-    const auto is_beaten = [&](const Group& group) {
-      return std::ranges::any_of(groups_, [&](const Group& other) {
-        if (group.normal.dot(other.normal) > kOpposite) return false;
-        const Scalar width =
-            (convex.bounds.high - convex.bounds.low).dot(Vector(turn.transpose() * group.normal).cwiseAbs());
-        if (-(group.least + other.least) < kOfWidth * width) return false;
-        const Scalar towards = outside.dot(group.normal - other.normal);
-        return towards < 0 || (towards == 0 && group.least < other.least);
+    const auto is_beaten = [&](const Cluster& cluster) {
+      return std::ranges::any_of(clusters_, [&](const Cluster& other) {
+        if (cluster.normal.dot(other.normal) > kOpposite) return false;
+        const Scalar width = (convex.bounds.high - convex.bounds.low)
+                                 .dot(Vector(turn.transpose() * cluster.normal).cwiseAbs());
+        if (-(cluster.least + other.least) < kOfWidth * width) return false;
+        const Scalar towards = outside.dot(cluster.normal - other.normal);
+        return towards < 0 || (towards == 0 && cluster.least < other.least);
       });
     };
-    if (groups_.size() < 2) return;
-    absl::InlinedVector<Group, 2> kept;
-    std::ranges::copy_if(groups_, std::back_inserter(kept),
-                         [&](const Group& group) { return !is_beaten(group); });
-    groups_ = std::move(kept);
+    if (clusters_.size() < 2) return;
+    absl::InlinedVector<Cluster, 2> kept;
+    std::ranges::copy_if(clusters_, std::back_inserter(kept),
+                         [&](const Cluster& cluster) { return !is_beaten(cluster); });
+    clusters_ = std::move(kept);
   }
 
   template <typename Take>
   void for_each(const Take& take) {
-    std::stable_sort(groups_.begin(), groups_.end(),
-                     [](const Group& x, const Group& y) { return x.least < y.least; });
-    if (groups_.size() > kSurfacePatchesMax) groups_.resize(kSurfacePatchesMax);
-    for (Group& group : groups_) {
-      if (!axis_.isZero(0)) keep_line(group);
+    std::stable_sort(clusters_.begin(), clusters_.end(),
+                     [](const Cluster& x, const Cluster& y) { return x.least < y.least; });
+    if (clusters_.size() > kSurfacePatchesMax) clusters_.resize(kSurfacePatchesMax);
+    for (Cluster& cluster : clusters_) {
+      if (!axis_.isZero(0)) keep_line(cluster);
       Manifold<Scalar> manifold;
-      manifold.normal = group.normal;
-      collision::reduce(std::span<const collision::ContactPoint<Scalar>>(group.points), manifold);
+      manifold.normal = cluster.normal;
+      collision::reduce(std::span<const collision::ContactPoint<Scalar>>(cluster.points), manifold);
       take(manifold);
     }
   }
 
  private:
-  struct Group {
+  // Points whose normals are about the same.
+  struct Cluster {
     Vector normal = Vector::Zero();
     Scalar least = std::numeric_limits<Scalar>::max();
     absl::InlinedVector<collision::ContactPoint<Scalar>, 8> points;
   };
 
   // A shape on many small triangles has more points than there is room for: those in the middle matter least.
-  static void keep_extreme(Group& group) {
+  static void keep_extreme(Cluster& cluster) {
     Manifold<Scalar> manifold;
-    manifold.normal = group.normal;
-    collision::reduce(std::span<const collision::ContactPoint<Scalar>>(group.points), manifold);
-    group.points.assign(manifold.point, manifold.point + manifold.count);
+    manifold.normal = cluster.normal;
+    collision::reduce(std::span<const collision::ContactPoint<Scalar>>(cluster.points), manifold);
+    cluster.points.assign(manifold.point, manifold.point + manifold.count);
   }
 
   // A capsule touches a plane along its axis: of points that several triangles have there, one beside the
   // other by rounding, those at the ends bear it, and the deepest where the surface bulges.
-  void keep_line(Group& group) const {
-    if (group.points.size() <= 2) return;
+  void keep_line(Cluster& cluster) const {
+    if (cluster.points.size() <= 2) return;
     const auto along = [&](const auto& point) { return axis_.dot(point.on_a); };
-    const auto [low, high] = std::ranges::minmax_element(group.points, {}, along);
-    const auto deepest = std::ranges::min_element(group.points, {}, [](const auto& p) { return p.gap; });
+    const auto [low, high] = std::ranges::minmax_element(cluster.points, {}, along);
+    const auto deepest = std::ranges::min_element(cluster.points, {}, [](const auto& p) { return p.gap; });
     const Scalar slack = (along(*high) - along(*low)) * kSamePoint;
     const bool bulges = deepest->gap < std::min(low->gap, high->gap) - slack;
     absl::InlinedVector<collision::ContactPoint<Scalar>, 8> kept = {*low, *high};
     if (bulges) kept.push_back(*deepest);
-    group.points = std::move(kept);
+    cluster.points = std::move(kept);
   }
 
   const Scalar apart_;            // m^2, the square of how far apart two points are
   Vector axis_ = Vector::Zero();  // of a capsule; otherwise 0
-  absl::InlinedVector<Group, 2> groups_;
+  absl::InlinedVector<Cluster, 2> clusters_;
 };
 
 // The direction, from b to a, in which the two parts were kept off each other in the last tick; 0 if they
