@@ -206,7 +206,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<ShippedBody> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.seam_groups, x.numbers_end);
+  archive(x.id, x.home, x.seam_stages, x.numbers_end);
 }
 template <typename Archive, Is<ShippedPair> T>
 void describe(Archive& archive, T& x) {

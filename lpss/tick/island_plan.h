@@ -44,7 +44,7 @@ struct StagedIslands {
   std::map<BodyId, IslandSectors> islands;
   TaskBuilder builder;                           // of all islands as one
   absl::flat_hash_map<BodyId, SectorIndex> own;  // homes of those that others may touch, or that touch others
-  absl::flat_hash_map<BodyId, SeamGroups> seam_groups;  // of all that are known; see ShippedBody
+  absl::flat_hash_map<BodyId, SeamStages> seam_stages;  // of all that are known; see ShippedBody
   std::vector<SeamContact> contacts;                    // that were detected here
 };
 

@@ -124,14 +124,14 @@ void TaskBuilder::order_contacts() {
     if (a != nullptr) contact.pair.a = first + (entry.a = a->in_task);
     if (b != nullptr) contact.pair.b = first + (entry.b = b->in_task);
     const bool is_fixed = a == nullptr || b == nullptr;
-    entry.group = is_fixed ? kFixedGroup : group_of(a->frame, b->frame, partition_->anchor);
+    entry.stage = is_fixed ? kFixedStage : stage_of(a->frame, b->frame, partition_->anchor);
   }
   for (const std::uint32_t n : order_.of(to_order_, bodies_.size()))
     task.contacts.push_back(contacts_[n].pair);
 }
 
 SolveJob TaskBuilder::build() {
-  SolveOrder::group_ends(to_order_, job_.task.contacts.size() - contacts_.size(), job_.group_ends);
+  SolveOrder::stage_ends(to_order_, job_.task.contacts.size() - contacts_.size(), job_.stage_ends);
   return std::move(job_);
 }
 

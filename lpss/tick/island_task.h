@@ -18,7 +18,7 @@ namespace tessera {
 struct SolveJob {
   SolveTask task;
   std::vector<BodyId> bodies;           // of the task, by place
-  std::vector<std::size_t> group_ends;  // by contact group, of the last island: the contacts up to its end
+  std::vector<std::size_t> stage_ends;  // by contact stage, of the last island: the contacts up to its end
 
   std::size_t weight() const { return task.contacts.size() + task.bodies.size(); }
 };

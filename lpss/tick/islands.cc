@@ -189,7 +189,7 @@ void assemble(Partition& partition, TickContext& context, const SeamIsland& isla
       ++context.counts.islands_across_seams;
       ++context.counts.islands_in_step;
     }
-    stage(partition, context, island, substeps, outbox);
+    plan_stages(partition, context, island, substeps, outbox);
   } else {
     ship(partition, context, island, substeps, weight, outbox);
   }

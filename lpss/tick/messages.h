@@ -36,8 +36,8 @@ namespace tessera {
 
 using Tick = std::uint64_t;
 
-// A set of the groups of seams (solve_order.h), a bit each.
-using SeamGroups = std::uint8_t;
+// A set of the stages of seams (solve_order.h), a bit each.
+using SeamStages = std::uint8_t;
 
 // A body that lives in one of the receiver's sectors from this tick on; `record.home` is its new home.
 struct Handover {
@@ -119,7 +119,7 @@ struct Seams {
 struct ShippedBody {
   BodyId id;
   SectorIndex home;
-  SeamGroups seam_groups = 0;     // in which it has contacts; of bodies at seams only
+  SeamStages seam_stages = 0;     // in which it has contacts; of bodies at seams only
   std::uint64_t numbers_end = 0;  // in ShippedIsland::body_numbers
 };
 

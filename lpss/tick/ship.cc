@@ -25,9 +25,9 @@ std::string_view numbers_of_pair(const ShippedIsland& parcel, std::size_t n) {
   return numbers_of(parcel.pairs, n, parcel.pair_numbers);
 }
 
-void ship_body(const HomeBody& body, SeamGroups seam_groups, ShippedIsland& parcel) {
+void ship_body(const HomeBody& body, SeamStages seam_stages, ShippedIsland& parcel) {
   body.sector->world->append_numbers(body.slot, parcel.body_numbers);
-  parcel.bodies.push_back({body.id, body.sector->index, seam_groups, parcel.body_numbers.size()});
+  parcel.bodies.push_back({body.id, body.sector->index, seam_stages, parcel.body_numbers.size()});
 }
 
 void ship_pair(const Sector& sector, std::size_t n, ShippedIsland& parcel) {

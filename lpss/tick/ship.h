@@ -11,7 +11,7 @@ void ship_part(const Partition& partition, const Sector& sector, const Component
                ShippedIsland& parcel);
 
 // One body, or one contact of those that the sector has detected.
-void ship_body(const HomeBody& body, SeamGroups seam_groups, ShippedIsland& parcel);
+void ship_body(const HomeBody& body, SeamStages seam_stages, ShippedIsland& parcel);
 void ship_pair(const Sector& sector, std::size_t pair, ShippedIsland& parcel);
 
 // Takes over what another server has made of the parts that the plan says were shipped.

@@ -11,31 +11,31 @@ namespace tessera {
 namespace {
 
 // Contacts that find no colour share the last one, where they are solved by ids. Only a body with as many
-// contacts in one group needs so many colours.
+// contacts in one stage needs so many colours.
 constexpr int kColoursMax = 64;
 
 }  // namespace
 
-ContactGroup group_of(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor) {
+ContactStage stage_of(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor) {
   const auto difference = [](std::int64_t x, std::int64_t y) {
     return static_cast<std::uint64_t>(x) - static_cast<std::uint64_t>(y);
   };
-  ContactGroup bits = 0;
+  ContactStage bits = 0;
   bool same = true;
   for (const auto& [axis, x, y, origin] :
        {std::tuple(0, a.i, b.i, anchor.i), {1, a.j, b.j, anchor.j}, {2, a.k, b.k, anchor.k}}) {
     if (x == y) continue;
     same = false;
     const std::int64_t lower = std::min(x, y);
-    if (difference(std::max(x, y), lower) > 1) return kFarGroup;
-    bits |= static_cast<ContactGroup>((difference(lower, origin) & 1) << axis);
+    if (difference(std::max(x, y), lower) > 1) return kFarStage;
+    bits |= static_cast<ContactStage>((difference(lower, origin) & 1) << axis);
   }
-  return same ? kInsideGroup : static_cast<ContactGroup>(kSeamGroup + bits);
+  return same ? kInsideStage : static_cast<ContactStage>(kSeamStage + bits);
 }
 
-SectorIndex block_of(const SectorIndex& sector, ContactGroup group, const SectorIndex& anchor) {
+SectorIndex block_of(const SectorIndex& sector, ContactStage stage, const SectorIndex& anchor) {
   const auto block = [&](std::int64_t index, std::int64_t origin, int axis) {
-    const std::uint64_t shift = ((group - kSeamGroup) >> axis) & 1;
+    const std::uint64_t shift = ((stage - kSeamStage) >> axis) & 1;
     const std::uint64_t offset =
         static_cast<std::uint64_t>(index) - static_cast<std::uint64_t>(origin) + shift;
     return static_cast<std::int64_t>(offset >> 1);
@@ -43,16 +43,16 @@ SectorIndex block_of(const SectorIndex& sector, ContactGroup group, const Sector
   return {block(sector.i, anchor.i, 0), block(sector.j, anchor.j, 1), block(sector.k, anchor.k, 2)};
 }
 
-// Greedily, in the order of ids: the first colour that neither body has in the group.
+// Greedily, in the order of ids: the first colour that neither body has in the stage.
 std::span<const std::uint32_t> SolveOrder::of(std::span<const ContactToOrder> contacts, std::size_t bodies) {
   for (std::vector<std::uint64_t>& colours : taken_) colours.clear();
   rank_.resize(contacts.size());
-  std::array<std::uint32_t, kContactGroups * kColoursMax> counts;
+  std::array<std::uint32_t, kContactStages * kColoursMax> counts;
   const bool is_counted = contacts.size() > counts.size() / 4;
   if (is_counted) counts.fill(0);
   for (std::size_t n = 0; n < contacts.size(); ++n) {
     const ContactToOrder& contact = contacts[n];
-    std::vector<std::uint64_t>& colours = taken_[contact.group];
+    std::vector<std::uint64_t>& colours = taken_[contact.stage];
     if (colours.empty()) colours.assign(bodies, 0);
     std::uint64_t used = 0;
     for (const std::uint32_t body : {contact.a, contact.b}) {
@@ -62,7 +62,7 @@ std::span<const std::uint32_t> SolveOrder::of(std::span<const ContactToOrder> co
     for (const std::uint32_t body : {contact.a, contact.b}) {
       if (body != ContactToOrder::kFixed) colours[body] |= std::uint64_t{1} << colour;
     }
-    rank_[n] = static_cast<std::uint16_t>(contact.group * kColoursMax + colour);
+    rank_[n] = static_cast<std::uint16_t>(contact.stage * kColoursMax + colour);
     if (is_counted) ++counts[rank_[n]];
   }
   order_.resize(contacts.size());
@@ -79,10 +79,10 @@ std::span<const std::uint32_t> SolveOrder::of(std::span<const ContactToOrder> co
   return order_;
 }
 
-void SolveOrder::group_ends(std::span<const ContactToOrder> contacts, std::size_t first,
+void SolveOrder::stage_ends(std::span<const ContactToOrder> contacts, std::size_t first,
                             std::vector<std::size_t>& ends) {
-  ends.assign(kContactGroups, 0);
-  for (const ContactToOrder& contact : contacts) ++ends[contact.group];
+  ends.assign(kContactStages, 0);
+  for (const ContactToOrder& contact : contacts) ++ends[contact.stage];
   std::inclusive_scan(ends.begin(), ends.end(), ends.begin(), std::plus<>(), first);
 }
 

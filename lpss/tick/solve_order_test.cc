@@ -15,35 +15,35 @@ using ::testing::ElementsAre;
 constexpr SectorIndex kOrigin{0, 0, 0};
 constexpr std::uint32_t kFixed = ContactToOrder::kFixed;
 
-TEST(SolveOrder, GroupsAreByParityOfTheLowerHomeWhereHomesDiffer) {
-  EXPECT_EQ(group_of({3, 4, 5}, {3, 4, 5}, kOrigin), kInsideGroup);
-  EXPECT_EQ(group_of({2, 5, 5}, {3, 5, 5}, kOrigin), kSeamGroup);
-  EXPECT_EQ(group_of({4, 5, 5}, {3, 5, 5}, kOrigin), kSeamGroup + 1);
-  EXPECT_EQ(group_of({3, -1, 7}, {3, 0, 7}, kOrigin), kSeamGroup + 2) << "-1 is odd";
-  EXPECT_EQ(group_of({1, 1, 1}, {2, 2, 2}, kOrigin), kSeamGroup + 7);
-  EXPECT_EQ(group_of({0, 0, 0}, {2, 0, 0}, kOrigin), kFarGroup);
+TEST(SolveOrder, StagesAreByParityOfTheLowerHomeWhereHomesDiffer) {
+  EXPECT_EQ(stage_of({3, 4, 5}, {3, 4, 5}, kOrigin), kInsideStage);
+  EXPECT_EQ(stage_of({2, 5, 5}, {3, 5, 5}, kOrigin), kSeamStage);
+  EXPECT_EQ(stage_of({4, 5, 5}, {3, 5, 5}, kOrigin), kSeamStage + 1);
+  EXPECT_EQ(stage_of({3, -1, 7}, {3, 0, 7}, kOrigin), kSeamStage + 2) << "-1 is odd";
+  EXPECT_EQ(stage_of({1, 1, 1}, {2, 2, 2}, kOrigin), kSeamStage + 7);
+  EXPECT_EQ(stage_of({0, 0, 0}, {2, 0, 0}, kOrigin), kFarStage);
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
-  EXPECT_EQ(group_of({-kMost, 0, 0}, {kMost, 0, 0}, kOrigin), kFarGroup);
+  EXPECT_EQ(stage_of({-kMost, 0, 0}, {kMost, 0, 0}, kOrigin), kFarStage);
 }
 
-TEST(SolveOrder, AMovedWorldKeepsItsGroups) {
+TEST(SolveOrder, AMovedWorldKeepsItsStages) {
   constexpr std::int64_t kFar = (std::int64_t{1} << 62) + 1;
   for (const SectorIndex& other : {SectorIndex{1, 0, 0}, SectorIndex{0, -1, 1}, SectorIndex{0, 0, 2}}) {
     const SectorIndex moved{other.i + kFar, other.j - kFar, other.k + kFar};
-    EXPECT_EQ(group_of({kFar, -kFar, kFar}, moved, {kFar, -kFar, kFar}), group_of(kOrigin, other, kOrigin));
+    EXPECT_EQ(stage_of({kFar, -kFar, kFar}, moved, {kFar, -kFar, kFar}), stage_of(kOrigin, other, kOrigin));
   }
 }
 
-TEST(SolveOrder, IsByGroupThenColourThenIds) {
+TEST(SolveOrder, IsByStageThenColourThenIds) {
   // A chain 0-1-2-3 inside a sector, one contact over a seam, and two with the ground.
-  const std::vector<ContactToOrder> contacts{{kFixedGroup, kFixed, 0}, {kInsideGroup, 0, 1},
-                                             {kSeamGroup, 0, 4},       {kInsideGroup, 1, 2},
-                                             {kInsideGroup, 2, 3},     {kFixedGroup, kFixed, 3}};
+  const std::vector<ContactToOrder> contacts{{kFixedStage, kFixed, 0}, {kInsideStage, 0, 1},
+                                             {kSeamStage, 0, 4},       {kInsideStage, 1, 2},
+                                             {kInsideStage, 2, 3},     {kFixedStage, kFixed, 3}};
   SolveOrder order;
   EXPECT_THAT(order.of(contacts, 5), ElementsAre(1, 4, 3, 2, 0, 5));
 }
 
-// Contacts of one colour and group may be solved in any order, and so may those of different blocks.
+// Contacts of one colour and stage may be solved in any order, and so may those of different blocks.
 TEST(SolveOrder, NoBodyIsTwiceInAColourAndBlocksShareNoBody) {
   std::mt19937 random(7);
   std::vector<SectorIndex> homes;
@@ -52,10 +52,10 @@ TEST(SolveOrder, NoBodyIsTwiceInAColourAndBlocksShareNoBody) {
   }
   for (std::size_t a = 0; a < homes.size(); ++a) {
     for (std::size_t b = a + 1; b < homes.size(); ++b) {
-      const ContactGroup group = group_of(homes[a], homes[b], kOrigin);
-      if (group < kSeamGroup || group >= kFarGroup) continue;
+      const ContactStage stage = stage_of(homes[a], homes[b], kOrigin);
+      if (stage < kSeamStage || stage >= kFarStage) continue;
       const auto block = [&](const SectorIndex& home) {
-        const int bits = group - kSeamGroup;
+        const int bits = stage - kSeamStage;
         return std::pair((home.i + (bits & 1)) >> 1, (home.j + (bits >> 1 & 1)) >> 1);
       };
       EXPECT_EQ(block(homes[a]), block(homes[b]));
@@ -64,7 +64,7 @@ TEST(SolveOrder, NoBodyIsTwiceInAColourAndBlocksShareNoBody) {
   std::vector<ContactToOrder> contacts;
   for (std::uint32_t a = 0; a < 60; ++a) {
     for (std::uint32_t b = a + 1; b < 60; ++b) {
-      if (random() % 8 == 0) contacts.push_back({kInsideGroup, a, b});
+      if (random() % 8 == 0) contacts.push_back({kInsideStage, a, b});
     }
   }
   // Where a body comes twice, a colour has ended: each run without repetition is at least one colour.
@@ -89,7 +89,7 @@ TEST(SolveOrder, NoBodyIsTwiceInAColourAndBlocksShareNoBody) {
 
 TEST(SolveOrder, ABodyWithMoreContactsThanColoursKeepsTheOrderOfIds) {
   std::vector<ContactToOrder> contacts;
-  for (std::uint32_t n = 1; n <= 100; ++n) contacts.push_back({kInsideGroup, 0, n});
+  for (std::uint32_t n = 1; n <= 100; ++n) contacts.push_back({kInsideStage, 0, n});
   SolveOrder solve_order;
   const std::span<const std::uint32_t> order = solve_order.of(contacts, 101);
   EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));

@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-bool is_seam_group(ContactGroup group) { return group >= kSeamGroup && group < kSeamGroup + kSeamGroups; }
+bool is_seam_stage(ContactStage stage) { return stage >= kSeamStage && stage < kSeamStage + kSeamStages; }
 
 template <typename Visit>
 void for_each_around(const SectorIndex& sector, const Visit& visit) {
@@ -26,8 +26,8 @@ void for_each_around(const SectorIndex& sector, const Visit& visit) {
   }
 }
 
-SeamGroups group_bit(ContactGroup group) { return static_cast<SeamGroups>(1 << (group - kSeamGroup)); }
-bool has_group(SeamGroups groups, ContactGroup group) { return ((groups >> (group - kSeamGroup)) & 1) != 0; }
+SeamStages stage_bit(ContactStage stage) { return static_cast<SeamStages>(1 << (stage - kSeamStage)); }
+bool has_stage(SeamStages stages, ContactStage stage) { return ((stages >> (stage - kSeamStage)) & 1) != 0; }
 
 // Whether a server may solve a block of another, which tells it all that it needs for that.
 bool may_follow(Rank follower, Rank host, const Ranks& hosts_of_block) {
@@ -50,12 +50,12 @@ Ranks hosts_around(const SectorIndex& sector, const IslandSectors& sectors, cons
   return hosts;
 }
 
-// Those that host parts in the block of a group that a sector belongs to.
-Ranks hosts_of_block(const SectorIndex& sector, ContactGroup group, const IslandSectors& sectors,
+// Those that host parts in the block of a stage that a sector belongs to.
+Ranks hosts_of_block(const SectorIndex& sector, ContactStage stage, const IslandSectors& sectors,
                      const SectorIndex& anchor) {
-  const SectorIndex block = block_of(sector, group, anchor);
+  const SectorIndex block = block_of(sector, stage, anchor);
   return hosts_around(sector, sectors,
-                      [&](const SectorIndex& near) { return block_of(near, group, anchor) == block; });
+                      [&](const SectorIndex& near) { return block_of(near, stage, anchor) == block; });
 }
 
 // What others must know of an island's bodies and contacts that are hosted here.
@@ -89,10 +89,10 @@ class IslandAtSeams {
   // Once all parts have been added. Returns the servers that were told something, if only that there is
   // nothing.
   Ranks tell(StagedIslands& staged, std::vector<Shipment>& outbox) {
-    find_groups();
+    find_stages();
     for (const auto& [id, known] : bodies_) {
       staged.own.emplace(id, known.body->sector->index);
-      staged.seam_groups.emplace(id, known.groups);
+      staged.seam_stages.emplace(id, known.stages);
     }
     for (const Found& found : contacts_) staged.contacts.push_back(found.contact);
     Ranks around;
@@ -108,20 +108,20 @@ class IslandAtSeams {
  private:
   struct Known {
     const HomeBody* body;
-    SeamGroups groups = 0;
+    SeamStages stages = 0;
   };
   struct Found {
     Sector* sector;
     std::uint32_t pair;  // a place in the contacts of its world
     SeamContact contact;
   };
-  using BlockPlace = std::pair<ContactGroup, SectorIndex>;
+  using BlockPlace = std::pair<ContactStage, SectorIndex>;
   using Blocks = absl::flat_hash_set<BlockPlace>;
 
   // A contact that another sector has detected is known by the parts of both.
-  void find_groups() {
+  void find_stages() {
     const auto note = [&](Known& known, const SectorIndex& other) {
-      known.groups |= group_bit(group_of(known.body->sector->index, other, partition_.anchor));
+      known.stages |= stage_bit(stage_of(known.body->sector->index, other, partition_.anchor));
     };
     for (const Found& found : contacts_) note(bodies_.at(found.contact.a), found.contact.home_b);
     for (const PartRef& ref : island_.parts) {
@@ -134,28 +134,28 @@ class IslandAtSeams {
     }
   }
 
-  BlockPlace block_with(const Known& known, ContactGroup group) const {
-    return {group, block_of(known.body->sector->index, group, partition_.anchor)};
+  BlockPlace block_with(const Known& known, ContactStage stage) const {
+    return {stage, block_of(known.body->sector->index, stage, partition_.anchor)};
   }
 
   // Who hosts parts in a block with one of the bodies.
-  const Ranks& hosts_of(const Known& known, ContactGroup group) {
-    const auto [hosts, is_new] = hosts_.try_emplace(block_with(known, group));
-    if (is_new) hosts->second = hosts_of_block(known.body->sector->index, group, sectors_, partition_.anchor);
+  const Ranks& hosts_of(const Known& known, ContactStage stage) {
+    const auto [hosts, is_new] = hosts_.try_emplace(block_with(known, stage));
+    if (is_new) hosts->second = hosts_of_block(known.body->sector->index, stage, sectors_, partition_.anchor);
     return hosts->second;
   }
 
   // The blocks with hosted bodies that the other server may solve.
   Blocks blocks_of(Rank rank) {
     Blocks blocks;
-    for (ContactGroup group = kSeamGroup + kSeamGroups; group-- > kSeamGroup;) {
+    for (ContactStage stage = kSeamStage + kSeamStages; stage-- > kSeamStage;) {
       for (const auto& [id, known] : bodies_) {
-        if (!has_group(known.groups, group)) continue;
-        if (hosts_of(known, group).contains(rank)) blocks.insert(block_with(known, group));
-        if (!blocks.contains(block_with(known, group))) continue;
+        if (!has_stage(known.stages, stage)) continue;
+        if (hosts_of(known, stage).contains(rank)) blocks.insert(block_with(known, stage));
+        if (!blocks.contains(block_with(known, stage))) continue;
         // It follows those in which what it solves later is pushed before.
-        for (ContactGroup earlier = kSeamGroup; earlier < group; ++earlier) {
-          if (has_group(known.groups, earlier) && may_follow(rank, partition_.self, hosts_of(known, earlier)))
+        for (ContactStage earlier = kSeamStage; earlier < stage; ++earlier) {
+          if (has_stage(known.stages, earlier) && may_follow(rank, partition_.self, hosts_of(known, earlier)))
             blocks.insert(block_with(known, earlier));
         }
       }
@@ -169,13 +169,13 @@ class IslandAtSeams {
     parcel.island = island_.id;
     for (const auto& [id, known] : bodies_) {
       bool is_wanted = false;
-      for (ContactGroup group = kSeamGroup; group < kSeamGroup + kSeamGroups; ++group)
-        is_wanted |= has_group(known.groups, group) && blocks.contains(block_with(known, group));
-      if (is_wanted) ship_body(*known.body, known.groups, parcel);
+      for (ContactStage stage = kSeamStage; stage < kSeamStage + kSeamStages; ++stage)
+        is_wanted |= has_stage(known.stages, stage) && blocks.contains(block_with(known, stage));
+      if (is_wanted) ship_body(*known.body, known.stages, parcel);
     }
     for (const Found& found : contacts_) {
-      const ContactGroup group = group_of(found.contact.home_a, found.contact.home_b, partition_.anchor);
-      if (blocks.contains({group, block_of(found.contact.home_a, group, partition_.anchor)}))
+      const ContactStage stage = stage_of(found.contact.home_a, found.contact.home_b, partition_.anchor);
+      if (blocks.contains({stage, block_of(found.contact.home_a, stage, partition_.anchor)}))
         ship_pair(*found.sector, found.pair, parcel);
     }
     return parcel;
@@ -191,8 +191,8 @@ class IslandAtSeams {
 
 }  // namespace
 
-void stage(Partition& partition, TickContext& context, const SeamIsland& island, int substeps,
-           std::vector<Shipment>& outbox) {
+void plan_stages(Partition& partition, TickContext& context, const SeamIsland& island, int substeps,
+                 std::vector<Shipment>& outbox) {
   const StagedKind kind{substeps, island.bounces};
   StagedIslands& staged = context.plan.staged.try_emplace(kind, partition).first->second;
   IslandSectors& sectors = staged.islands[island.id];
@@ -219,7 +219,7 @@ class StagedSolve::Builder {
         const ShippedBody& body = parcel->bodies[n];
         if (!homes_.emplace(body.id, body.home).second) continue;
         bodies_.push_back({parcel, n});
-        staged.seam_groups.emplace(body.id, body.seam_groups);
+        staged.seam_stages.emplace(body.id, body.seam_stages);
       }
     }
     for (const SeamContact& contact : staged.contacts) add_contact(contact, {});
@@ -254,14 +254,14 @@ class StagedSolve::Builder {
   }
 
  private:
-  // Where contacts of an island are solved together. Later groups come first.
+  // Where contacts of an island are solved together. Later stages come first.
   struct Place {
-    ContactGroup group = 0;
+    ContactStage stage = 0;
     BodyId island;
     SectorIndex index;
 
     friend bool operator<(const Place& a, const Place& b) {
-      return std::tie(b.group, a.island, a.index) < std::tie(a.group, b.island, b.index);
+      return std::tie(b.stage, a.island, a.index) < std::tie(a.stage, b.island, b.index);
     }
   };
   struct Block {
@@ -287,9 +287,9 @@ class StagedSolve::Builder {
   Rank host_of(BodyId id) const { return partition_.map.owner(home_of(id)); }
 
   void add_contact(const SeamContact& pair, const Shipped& shipped) {
-    const ContactGroup group = group_of(pair.home_a, pair.home_b, partition_.anchor);
-    invariant(is_seam_group(group), "islands with contacts of distant homes are not divided");
-    const Place place{group, pair.island, block_of(pair.home_a, group, partition_.anchor)};
+    const ContactStage stage = stage_of(pair.home_a, pair.home_b, partition_.anchor);
+    invariant(is_seam_stage(stage), "islands with contacts of distant homes are not divided");
+    const Place place{stage, pair.island, block_of(pair.home_a, stage, partition_.anchor)};
     contacts_.push_back({pair, place, shipped});
     Block& block = blocks_[place];
     block.solvers.insert(partition_.map.owner(pair.home_a));
@@ -305,8 +305,8 @@ class StagedSolve::Builder {
       for (const BodyId id : block.bodies) {
         const Rank host = host_of(id);
         const SectorIndex& home = home_of(id);
-        for (ContactGroup earlier = kSeamGroup; earlier < place.group; ++earlier) {
-          if (!has_group(staged_.seam_groups.at(id), earlier)) continue;
+        for (ContactStage earlier = kSeamStage; earlier < place.stage; ++earlier) {
+          if (!has_stage(staged_.seam_stages.at(id), earlier)) continue;
           const auto pushed =
               blocks_.find({earlier, place.island, block_of(home, earlier, partition_.anchor)});
           if (pushed == blocks_.end()) continue;
@@ -326,9 +326,9 @@ class StagedSolve::Builder {
     }
   }
 
-  // The groups in which two servers both solve a body's contacts; a bit each.
+  // The stages in which two servers both solve a body's contacts; a bit each.
   struct Shared {
-    SeamGroups groups = 0;
+    SeamStages stages = 0;
     Rank host = 0;  // of the body
   };
   using SharedByBody = std::map<BodyId, Shared>;
@@ -343,7 +343,7 @@ class StagedSolve::Builder {
         const Rank host = partition_.map.owner(home);
         (host == partition_.self ? others : Ranks{host}).for_each([&](Rank rank) {
           Shared& body = shared[rank][id];
-          body.groups |= group_bit(contact.block.group);
+          body.stages |= stage_bit(contact.block.stage);
           body.host = host;
         });
       }
@@ -351,15 +351,15 @@ class StagedSolve::Builder {
     for (Rank rank = 0; rank < shared.size(); ++rank) direct_traffic(shared[rank], rank, job);
   }
 
-  // In as few exchanges as possible. A body that both push in a group must be told of after the last push
-  // that only its host knows of, and before that group: an exchange for each of these intervals, the earliest
+  // In as few exchanges as possible. A body that both push in a stage must be told of after the last push
+  // that only its host knows of, and before that stage: an exchange for each of these intervals, the earliest
   // end first. Both servers come to the same.
   void direct_traffic(const SharedByBody& shared, Rank rank, Job& job) const {
-    std::array<int, kSeamGroups> latest{};  // by group: the last exchange up to it
+    std::array<int, kSeamStages> latest{};  // by stage: the last exchange up to it
     int last = -1;
-    for (int n = 0; n < kSeamGroups; ++n) {
+    for (int n = 0; n < kSeamStages; ++n) {
       for (const auto& [id, body] : shared) {
-        if (has_group(body.groups, static_cast<ContactGroup>(kSeamGroup + n)) &&
+        if (has_stage(body.stages, static_cast<ContactStage>(kSeamStage + n)) &&
             last <= last_private_push(id, body, n))
           last = n;
       }
@@ -368,9 +368,9 @@ class StagedSolve::Builder {
     for (const auto& [id, body] : shared) {
       const std::optional<std::size_t> place = staged_.builder.place_of(id);
       invariant(place.has_value(), "the bodies of a contact are in its task");
-      int told = -1;  // in the exchange before this group
-      for (int n = 0; n < kSeamGroups; ++n) {
-        if (!has_group(body.groups, static_cast<ContactGroup>(kSeamGroup + n)) ||
+      int told = -1;  // in the exchange before this stage
+      for (int n = 0; n < kSeamStages; ++n) {
+        if (!has_stage(body.stages, static_cast<ContactStage>(kSeamStage + n)) ||
             told > last_private_push(id, body, n))
           continue;
         told = latest[n];
@@ -380,10 +380,10 @@ class StagedSolve::Builder {
     }
   }
 
-  // The last group before this one in which only the body's host knows what happens to it, counted from the
-  // first group of seams; -1: the contacts inside its sector.
-  int last_private_push(BodyId id, const Shared& body, int group) const {
-    const int pushed = staged_.seam_groups.at(id) & ~body.groups & ((1 << group) - 1);
+  // The last stage before this one in which only the body's host knows what happens to it, counted from the
+  // first stage of seams; -1: the contacts inside its sector.
+  int last_private_push(BodyId id, const Shared& body, int stage) const {
+    const int pushed = staged_.seam_stages.at(id) & ~body.stages & ((1 << stage) - 1);
     return std::bit_width(static_cast<unsigned>(pushed)) - 1;
   }
 
@@ -412,18 +412,18 @@ StagedSolve::StagedSolve(const Partition& partition, IslandPlan& plan, const std
     Job& job = jobs_.emplace_back(Builder(partition, staged, parcels).build());
     job.solver = solvers[jobs_.size() - 1].get();
     job.sweeps =
-        job.solver->begin(job.job.task, partition.dt(), {job.job.group_ends, kind.substeps, kind.bounces});
+        job.solver->begin(job.job.task, partition.dt(), {job.job.stage_ends, kind.substeps, kind.bounces});
     sweeps_ = std::max(sweeps_, job.sweeps);
   }
 }
 
 auto StagedSolve::traffic_of(const Job& job) const -> const TrafficByRank* {
-  return is_seam_group(group_) && sweep_ < job.sweeps ? &job.traffic[group_ - kSeamGroup] : nullptr;
+  return is_seam_stage(stage_) && sweep_ < job.sweeps ? &job.traffic[stage_ - kSeamStage] : nullptr;
 }
 
 std::optional<Round> StagedSolve::exchange() const {
   Round round = make_round(RoundKind::kMotions, servers_,
-                           static_cast<std::uint32_t>(sweep_) * kSeamGroups + (group_ - kSeamGroup));
+                           static_cast<std::uint32_t>(sweep_) * kSeamStages + (stage_ - kSeamStage));
   bool has_any = false;
   for (Rank rank = 0; rank < servers_; ++rank) {
     Motions motions;
@@ -459,22 +459,22 @@ void StagedSolve::take(const std::vector<Motions>& inbox) {
   is_told_ = true;
 }
 
-void StagedSolve::solve_group() {
+void StagedSolve::solve_next_stage() {
   for (const Job& job : jobs_) {
-    if (sweep_ < job.sweeps) job.solver->solve_stage(sweep_, group_);
+    if (sweep_ < job.sweeps) job.solver->solve_stage(sweep_, stage_);
   }
 }
 
 std::optional<Round> StagedSolve::go_on() {
   for (; sweep_ < sweeps_; ++sweep_) {
-    for (; group_ < kContactGroups; ++group_) {
-      if (!is_told_ && is_seam_group(group_)) {
+    for (; stage_ < kContactStages; ++stage_) {
+      if (!is_told_ && is_seam_stage(stage_)) {
         if (std::optional<Round> round = exchange()) return round;
       }
-      solve_group();
+      solve_next_stage();
       is_told_ = false;
     }
-    group_ = 0;
+    stage_ = 0;
   }
   for (const Job& job : jobs_) job.solver->end();
   jobs_.clear();

@@ -2,7 +2,7 @@
 //
 // The order of contacts is the world's (solve_order.h). Contacts inside a sector and with what cannot be
 // pushed concern one server. Those of a block are solved by every server that hosts one of their bodies, all
-// alike: before the group of the block has its turn in a sweep, these servers tell each other how their
+// alike: before the stage of the block has its turn in a sweep, these servers tell each other how their
 // bodies in it move, and nobody replies. As all know what a block does to its bodies, a body is told of again
 // only if something else has pushed it: mostly, that is once a sweep.
 #pragma once
@@ -24,8 +24,8 @@ namespace tessera {
 
 // Takes up an island that this server solves in step with others: what is hosted here, and what others must
 // know of it. `substeps` are those that the engine grants it; `outbox` by rank.
-void stage(Partition& partition, TickContext& context, const SeamIsland& island, int substeps,
-           std::vector<Shipment>& outbox);
+void plan_stages(Partition& partition, TickContext& context, const SeamIsland& island, int substeps,
+                 std::vector<Shipment>& outbox);
 
 // Solves what is staged, from exchange to exchange.
 class StagedSolve {
@@ -40,11 +40,11 @@ class StagedSolve {
   // What others sent in that exchange, by rank.
   void take(const std::vector<Motions>& inbox);
 
-  // The sweeps over all groups.
+  // The sweeps over all stages.
   int sweeps() const { return sweeps_; }
 
  private:
-  // The bodies that this server and another tell each other of before a group: places in the task, ascending.
+  // The bodies that this server and another tell each other of before a stage: places in the task, ascending.
   struct Traffic {
     std::vector<std::size_t> mine;
     std::vector<std::size_t> theirs;
@@ -55,21 +55,21 @@ class StagedSolve {
     StagedSolver* solver = nullptr;
     SolveJob job;
     int sweeps = 0;
-    std::array<TrafficByRank, kSeamGroups> traffic;
+    std::array<TrafficByRank, kSeamStages> traffic;
   };
 
   class Builder;
-  // The traffic of a job before the group that is next; null if the job has no such group or sweep.
+  // The traffic of a job before the stage that is next; null if the job has no such stage or sweep.
   const TrafficByRank* traffic_of(const Job& job) const;
   std::optional<Round> exchange() const;
-  void solve_group();
+  void solve_next_stage();
 
   std::size_t servers_;
   std::vector<Job> jobs_;  // in an order that all servers know; solvers refer to them
   int sweeps_ = 0;
   int sweep_ = 0;
-  ContactGroup group_ = 0;
-  bool is_told_ = false;  // before this group
+  ContactStage stage_ = 0;
+  bool is_told_ = false;  // before this stage
 };
 
 }  // namespace tessera
