@@ -66,7 +66,8 @@ class Writer {
       add_body(joint->properties.child, Pose{}, joint, bodies);
     if (!lacks_.empty()) return absl::UnimplementedError(absl::StrCat("MuJoCo has no ", lacks_));
     return absl::StrCat("<mujoco><compiler angle='radian' balanceinertia='false'/><option cone='",
-                        options_.is_elliptic ? "elliptic" : "pyramidal",
+                        options_.is_elliptic ? "elliptic" : "pyramidal", "' integrator='",
+                        options_.is_implicit ? "implicit" : "Euler",
                         absl::StrFormat("' timestep='%.17g", world_.settings.time_step / options_.steps),
                         "' gravity='", text_of(gravity->acceleration), "'/><worldbody>", bodies,
                         "</worldbody><contact>", exclusions(), "</contact><actuator>", servos_,

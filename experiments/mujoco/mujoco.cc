@@ -62,8 +62,12 @@ class Mujoco : public LocalWorld {
     for (const Command& command : commands) {
       if (const auto* set = std::get_if<SetDrives>(&command)) set_drives(set->id.value - 1, set->drives);
     }
+    warned_ = warnings();
     for (int n = 0; n < model_->steps; ++n) mj_step(model_->its.get(), data_.get());
   }
+
+  // Where a number was none, or huge: MuJoCo warns, and starts anew.
+  std::size_t diverged() const override { return warnings() - warned_; }
 
   std::vector<BodyRecord> bodies() const override {
     mj_kinematics(model_->its.get(), data_.get());
@@ -89,6 +93,13 @@ class Mujoco : public LocalWorld {
   }
 
  private:
+  std::size_t warnings() const {
+    std::size_t sum = 0;
+    for (const int warning : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC})
+      sum += static_cast<std::size_t>(data_->warning[warning].number);
+    return sum;
+  }
+
   // That of the description, against what the body hangs on.
   void set_velocity(std::size_t n) {
     const BodyDescription& body = model_->world.bodies[n];
@@ -131,6 +142,7 @@ class Mujoco : public LocalWorld {
 
   std::shared_ptr<const Model> model_;
   std::unique_ptr<mjData, Delete> data_;
+  std::size_t warned_ = 0;  // before the last tick
 };
 
 absl::StatusOr<std::unique_ptr<mjModel, Delete>> compiled(const std::string& text) {
@@ -186,6 +198,7 @@ absl::StatusOr<std::unique_ptr<LocalWorld>> in_mujoco(const WorldDescription& wo
 absl::StatusOr<std::vector<std::unique_ptr<LocalWorld>>> alike_in_mujoco(const WorldDescription& world,
                                                                          const MujocoOptions& options,
                                                                          int count) {
+  mju_user_warning = [](const char*) {};  // diverged() tells; else it writes a file
   const absl::StatusOr<std::shared_ptr<const Model>> model = model_of(world, options);
   if (!model.ok()) return model.status();
   std::vector<std::unique_ptr<LocalWorld>> worlds;

@@ -125,7 +125,7 @@ std::vector<Command> servo_targets(const Robot& robot, int first, int count, dou
 }
 
 WorldDescription robot_in_space(const WorldSettings& settings, const Robot& robot, int number) {
-  constexpr double kFastest = 2;  // rad/s, of a hinge
+  constexpr double kFastest = 1;  // rad/s, of a hinge
   WorldDescription world = empty_world(settings, robot);
   world.settings.gravity = UniformGravity{Vector3d::Zero()};
   std::size_t place = static_cast<std::size_t>(number) * hinges_of(robot);

@@ -106,7 +106,7 @@ TEST(RobotsExperiment, TellsTimeAndErrorsBesideMujoco) {
       measure_robots({.quick = true}, [](std::uint64_t, std::uint64_t) { return true; });
   ASSERT_TRUE(report.ok()) << report.status();
   const std::vector<Row>& rows = report->table("rows");
-  EXPECT_EQ(rows.size(), has_mujoco() ? 8u : 4u);
+  EXPECT_EQ(rows.size(), has_mujoco() ? 10u : 4u);
   EXPECT_EQ(report->misses.size(), has_mujoco() ? 0u : 1u);
   for (const Row& row : rows) {
     const bool is_ours = row["hash"].is_string();
@@ -119,6 +119,8 @@ TEST(RobotsExperiment, TellsTimeAndErrorsBesideMujoco) {
     EXPECT_LT(row["gap_mm_max"], 0.1) << row;
     EXPECT_LE(row["gap_mm_mean"], row["gap_mm_max"]) << row;
     EXPECT_LT(row["below_mm_max"], 2) << row;
+    EXPECT_EQ(row["thrown"], 4) << row;
+    EXPECT_EQ(row["thrown_lost"], 0) << row;
     EXPECT_LT(row["energy_error_max"], 0.002) << row;
     EXPECT_LT(row["spin_error_max"], 0.002) << row;
   }
