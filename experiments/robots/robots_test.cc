@@ -90,7 +90,7 @@ TEST(Robots, HaveTargetsThatSwingInPhasesOfTheirOwn) {
 
 TEST(Robots, AreTheSameInMujocosWords) {
   const std::string text = mjcf_of(robots_on_plane({}, ant(), 1), {1, false}).value();
-  EXPECT_THAT(text, HasSubstr("<option cone='pyramidal' timestep='0.01666"));
+  EXPECT_THAT(text, HasSubstr("<option cone='pyramidal' integrator='Euler' timestep='0.01666"));
   EXPECT_THAT(text, HasSubstr("mass='10' "));
   EXPECT_THAT(text, HasSubstr("limited='true' range='-0.5 0.5'"));
   EXPECT_THAT(text, HasSubstr("<position name='s2_0' joint='j2_0' kp='200'/>"));
