@@ -23,11 +23,11 @@ BOUNDS = {
     ("pile", "one_sector"): (10.1, 0.222),
     ("pyramid", "sectors"): (15.5, 0.222),
     ("pyramid", "one_sector"): (13.7, 0.196),
-    ("mixed", "sectors"): (44.6, 2.2),
-    ("mixed", "one_sector"): (42.2, 2.07),
+    ("mixed", "sectors"): (40.6, 1.99),
+    ("mixed", "one_sector"): (38.2, 1.87),
     ("bin_cylinders", "one_sector"): (35.0, 0.389),
     ("bin_all", "one_sector"): (37.1, 0.535),
-    ("ants", "one_sector"): (1604, 50.1),
+    ("ants", "one_sector"): (347, 10.9),
 }
 
 
