@@ -24,9 +24,9 @@ constexpr Tick kStride = 25;  // ticks that a world is stepped in a row
 constexpr absl::Duration kBalanceEvery = absl::Milliseconds(100);
 constexpr Tick kTicksToFollow = 400;
 
-constexpr char kThreads[] = "threads";
-constexpr char kServers[] = "servers";
-constexpr char kFollows[] = "servers, map follows";
+constexpr char kOnThreads[] = "threads";
+constexpr char kOnServers[] = "servers";
+constexpr char kOnServersThatFollow[] = "servers, map follows";
 
 struct Scene {
   std::string group;  // what there are two of
@@ -42,7 +42,8 @@ std::vector<Scene> scenes(bool quick) {
   const auto pyramid = [quick](const WorldSettings& s) { return pyramid_world(s, quick ? 15 : 30); };
   std::vector<Scene> all;
   const auto add = [&](const std::string& name, double sector_size, const auto& make) {
-    for (const char* group : {kThreads, kServers, kFollows}) all.push_back({group, name, sector_size, make});
+    for (const char* group : {kOnThreads, kOnServers, kOnServersThatFollow})
+      all.push_back({group, name, sector_size, make});
   };
   add("pile", 16, pile);
   add("pile in one sector", 512, pile);
@@ -134,7 +135,7 @@ class Measurement {
     std::vector<Scene> all = scenes(options_.quick);
     if (absl::Status status = choose(options_.only, all); !status.ok()) return status;
     for (const Scene& scene : all) count_.expect((ticks_ + ticks_before(scene)) / kStride);
-    const bool has_servers = std::ranges::any_of(all, [](const Scene& s) { return s.group != kThreads; });
+    const bool has_servers = std::ranges::any_of(all, [](const Scene& s) { return s.group != kOnThreads; });
     if (absl::Status status = has_servers ? start_servers() : absl::OkStatus(); !status.ok()) return status;
     for (const Scene& scene : all) {
       if (absl::Status status = measure(scene); !status.ok()) return status;
@@ -143,7 +144,9 @@ class Measurement {
   }
 
  private:
-  static Tick ticks_before(const Scene& scene) { return scene.group == kFollows ? kTicksToFollow : 0; }
+  static Tick ticks_before(const Scene& scene) {
+    return scene.group == kOnServersThatFollow ? kTicksToFollow : 0;
+  }
 
   absl::Status start_servers() {
     const std::pair<int, absl::Duration> clusters[] = {
@@ -163,8 +166,8 @@ class Measurement {
     settings.sector_size = scene.sector_size;
     settings.sleep_after = 0;
     const WorldDescription world = scene.make(settings);
-    if (scene.group == kThreads) return compare(scene, on_threads(world, 1), on_threads(world, 2));
-    const std::size_t two = scene.group == kFollows ? 2 : 1;
+    if (scene.group == kOnThreads) return compare(scene, on_threads(world, 1), on_threads(world, 2));
+    const std::size_t two = scene.group == kOnServersThatFollow ? 2 : 1;
     return compare(scene, on_servers(world, *servers_[0]), on_servers(world, *servers_[two]));
   }
 

@@ -87,8 +87,10 @@ WorldDescription robots_on_plane(const WorldSettings& settings, const Robot& rob
   for (int n = 0; n < count; ++n) {
     const std::string name = absl::StrCat(robot.name, n);
     const std::size_t first = world.bodies.size();
-    const Vector3d origin((n % side - (side - 1) / 2.0) * robot.apart,
-                          (n / side - (side - 1) / 2.0) * robot.apart, robot.height);
+    const int row = n / side;
+    const int column = n % side;
+    const double middle = (side - 1) / 2.0;
+    const Vector3d origin((column - middle) * robot.apart, (row - middle) * robot.apart, robot.height);
     for (std::size_t link = 0; link < robot.links.size(); ++link)
       add_link(robot.links[link], name, static_cast<ShapeId>(link), origin, world);
     for (const RobotJoint& joint : robot.joints) {

@@ -177,8 +177,8 @@ FreeBodies::Velocities JointTurns<Scalar>::change(std::size_t place) const {
 template <typename Scalar>
 void JointTurns<Scalar>::push(std::size_t place, const Velocities& push) {
   const Velocities now = change(place) + push;
-  contacts_->set_change(
-      place, {now.template head<3>().template cast<Scalar>(), now.template tail<3>().template cast<Scalar>()});
+  contacts_->set_change(place, {now.template head<3>().template cast<Scalar>(),
+                                now.template tail<3>().template cast<Scalar>()});
 }
 
 // What bodies on joints bear is known only once these have answered for it: at rest, a step then changes
