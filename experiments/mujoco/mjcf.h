@@ -12,8 +12,8 @@ namespace tessera {
 struct MujocoOptions {
   int steps = 8;            // in a tick; of 1/60 s, they are about as long as MuJoCo's own 2 ms
   bool is_elliptic = true;  // the cone of friction; otherwise a pyramid of four edges, MuJoCo's default
-  bool is_implicit =
-      false;  // in all velocities; otherwise in the damping of joints alone: "Euler", its default
+  // In all velocities; otherwise in the damping of joints alone: "Euler", its default.
+  bool is_implicit = false;
 };
 
 // MuJoCo's XML for bodies, fixed, revolute, prismatic and universal joints, springs, dampers and limits of

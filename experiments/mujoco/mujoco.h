@@ -14,8 +14,8 @@ namespace tessera {
 bool has_mujoco();
 
 // In MuJoCo's own coordinates, as mjcf_of() has it. Of commands, it takes drives: efforts, and targets of
-// servos that were servos at the start. Errors: those of mjcf_of();
-// UNIMPLEMENTED without MuJoCo; INTERNAL where it refuses a world.
+// servos that were servos at the start. Errors: those of mjcf_of(); UNIMPLEMENTED without MuJoCo; INTERNAL
+// where it refuses a world.
 absl::StatusOr<std::unique_ptr<LocalWorld>> in_mujoco(const WorldDescription& world);
 
 // `count` worlds that are alike, and share what never changes: how its users have many robots.

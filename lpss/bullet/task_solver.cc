@@ -54,8 +54,8 @@ joints::JointedBody jointed(const btSolverBody& body) {
   return jointed;
 }
 
-Eigen::Matrix<double, 6, 1> change_of(const btSolverBody& body) {
-  Eigen::Matrix<double, 6, 1> change;
+joints::JointAssembly::Velocities change_of(const btSolverBody& body) {
+  joints::JointAssembly::Velocities change;
   change << to_eigen(body.m_deltaLinearVelocity), to_eigen(body.m_deltaAngularVelocity);
   return change;
 }
@@ -112,7 +112,7 @@ void TaskSolver::pass(int n) {
 // What Bullet's rows have changed since the last time pushes the bodies of joints.
 void TaskSolver::pass_over_joints() {
   for (Jointed& jointed : jointed_) {
-    const Eigen::Matrix<double, 6, 1> push = change_of(*jointed.body) - jointed.change;
+    const joints::JointAssembly::Velocities push = change_of(*jointed.body) - jointed.change;
     if (!push.isZero(0)) jointed.place.assembly->push(jointed.place.body, push);
   }
   joints_.pass();

@@ -33,8 +33,8 @@ class TaskSolver final : public btSequentialImpulseConstraintSolver {
   struct Jointed {
     btSolverBody* body;
     joints::JointSolver::Place place;
-    Eigen::Matrix<double, 6, 1> before;  // m/s, rad/s
-    Eigen::Matrix<double, 6, 1> change;  // as Bullet has it since the last pass over joints
+    joints::JointAssembly::Velocities before;
+    joints::JointAssembly::Velocities change;  // as Bullet has it since the last pass over joints
   };
 
   btContactSolverInfo info_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "lpss/engine/require.h"
+
 namespace tessera::native {
 
 NativeSolver::NativeSolver(const EngineSettings& settings, const ContactNeeds& needs)
