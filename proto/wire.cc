@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "lpss/model/tick_counts.h"
+#include "proto/wire_fields.h"
 
 namespace tessera {
 namespace {
@@ -31,251 +32,12 @@ template <typename T>
 concept Enumeration = std::same_as<T, Motion> || std::same_as<T, Activity> || std::same_as<T, JointType> ||
     std::same_as<T, DriveMode>;
 
-template <typename T, typename U>
-concept Is = std::same_as<std::remove_const_t<T>, U>;
-
 constexpr bool is_known(Motion motion) { return motion <= Motion::kKinematic; }
 constexpr bool is_known(Activity activity) {
   return activity >= Activity::kAwake && activity <= Activity::kWantsSleep;
 }
 constexpr bool is_known(JointType type) { return type <= JointType::kScrew; }
 constexpr bool is_known(DriveMode mode) { return mode <= DriveMode::kServo; }
-
-// Each struct is described once: describe() passes its fields to an archive, which measures, writes or reads
-// them. Fields are packed without gaps, so padding is never sent and equal values have equal bytes.
-template <typename Archive, Is<BodyId> T>
-void describe(Archive& archive, T& x) {
-  archive(x.value);
-}
-template <typename Archive, Is<JointId> T>
-void describe(Archive& archive, T& x) {
-  archive(x.value);
-}
-template <typename Archive, Is<SectorIndex> T>
-void describe(Archive& archive, T& x) {
-  archive(x.i, x.j, x.k);
-}
-template <typename Archive, Is<Surface> T>
-void describe(Archive& archive, T& x) {
-  archive(x.direction, x.second_friction, x.torsional_friction, x.patch_radius, x.rolling_friction,
-          x.velocity, x.running);
-}
-template <typename Archive, Is<BodyProperties> T>
-void describe(Archive& archive, T& x) {
-  archive(x.motion, x.shape, x.mass, x.inertia, x.centre, x.principal_axes, x.friction, x.restitution,
-          x.linear_damping, x.angular_damping, x.category, x.mask, x.gravity, x.assembly, x.surface);
-}
-template <typename Archive, Is<Velocities> T>
-void describe(Archive& archive, T& x) {
-  archive(x.linear, x.angular);
-}
-template <typename Archive, Is<BodyState> T>
-void describe(Archive& archive, T& x) {
-  archive(x.position, x.rotation, x.linear_velocity, x.angular_velocity, x.still_for, x.activity,
-          x.velocities_before);
-}
-template <typename Archive, Is<Wrench> T>
-void describe(Archive& archive, T& x) {
-  archive(x.force, x.torque);
-}
-template <typename Archive, Is<BodyRecord> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.properties, x.state);
-}
-template <typename Archive, Is<Pose> T>
-void describe(Archive& archive, T& x) {
-  archive(x.position.x(), x.position.y(), x.position.z(), x.orientation.x(), x.orientation.y(),
-          x.orientation.z(), x.orientation.w());
-}
-template <typename Archive, Is<AxisMimic> T>
-void describe(Archive& archive, T& x) {
-  archive(x.leader, x.axis, x.multiplier, x.reference, x.offset);
-}
-template <typename Archive, Is<JointAxis> T>
-void describe(Archive& archive, T& x) {
-  archive(x.lower, x.upper, x.velocity_max, x.effort_max, x.damping, x.friction, x.spring_stiffness,
-          x.spring_reference, x.mimic);
-}
-template <typename Archive, Is<JointDrive> T>
-void describe(Archive& archive, T& x) {
-  archive(x.mode, x.target, x.stiffness, x.damping, x.velocity, x.effort);
-}
-template <typename Archive, Is<JointProperties> T>
-void describe(Archive& archive, T& x) {
-  archive(x.type, x.parent, x.child, x.anchor, x.in_parent, x.in_child, x.pitch, x.bodies_collide);
-  for (std::size_t n = 0; n < axes_of(x).size(); ++n) archive(x.axes[n]);
-}
-template <typename Archive, Is<JointDrives> T>
-void describe(Archive& archive, T& x) {
-  archive(x[0], x[1]);
-}
-template <typename Archive, Is<JointRecord> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.properties, x.parent_motion, x.drives);
-}
-template <typename Archive, Is<JointTie> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.parent, x.child, x.parent_motion, x.bodies_collide);
-}
-template <typename Archive, Is<HeldJoint> T>
-void describe(Archive& archive, T& x) {
-  archive(x.record, x.coupled);
-}
-template <typename Archive, Is<SectorOffset> T>
-void describe(Archive& archive, T& x) {
-  archive(x.i, x.j, x.k);
-}
-template <typename Archive, Is<ManifoldState> T>
-void describe(Archive& archive, T& x) {
-  archive(x.a, x.b, x.points);
-}
-template <typename Archive, Is<ReplicaIntroduction> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.properties);
-}
-template <typename Archive, Is<ReplicaUpdate> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.next_home, x.replicated_in, x.state, x.known_everywhere, x.jointed, x.surge);
-}
-template <typename Archive, Is<Handover> T>
-void describe(Archive& archive, T& x) {
-  archive(x.record, x.replicated_in, x.known_everywhere, x.wrench, x.jointed, x.surge, x.kinematic_target,
-          x.joints);
-}
-template <typename Archive, Is<ManifoldTransfer> T>
-void describe(Archive& archive, T& x) {
-  archive(x.to, x.was_touching, x.manifold);
-}
-template <typename Archive, Is<Exchange> T>
-void describe(Archive& archive, T& x) {
-  archive(x.introductions, x.replicas, x.gone, x.handovers, x.manifolds, x.quiet);
-}
-template <typename Archive, Is<Call> T>
-void describe(Archive& archive, T& x) {
-  archive(x.from, x.to);
-}
-template <typename Archive, Is<JointEnd> T>
-void describe(Archive& archive, T& x) {
-  archive(x.body, x.tied, x.host);
-}
-template <typename Archive, Is<JointHost> T>
-void describe(Archive& archive, T& x) {
-  archive(x.to, x.body, x.host);
-}
-template <typename Archive, Is<Agreement> T>
-void describe(Archive& archive, T& x) {
-  archive(x.quiet, x.goes_on, x.calls, x.joint_ends, x.joint_hosts);
-}
-template <typename Archive, Is<MovedBody> T>
-void describe(Archive& archive, T& x) {
-  archive(x.record, x.replicated_in, x.known_everywhere, x.next_home, x.kinematic_target, x.dirty, x.joints);
-}
-template <typename Archive, Is<MovedClone> T>
-void describe(Archive& archive, T& x) {
-  archive(x.introduction, x.update, x.placed, x.fresh);
-}
-template <typename Archive, Is<IslandPart> T>
-void describe(Archive& archive, T& x) {
-  archive(x.shared, x.first, x.bodies, x.contacts, x.any_awake, x.all_want_sleep, x.substeps, x.bounces,
-          x.is_indivisible);
-}
-template <typename Archive, Is<MovedSector> T>
-void describe(Archive& archive, T& x) {
-  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_reported, x.parts,
-          x.active);
-}
-template <typename Archive, Is<SectorSeams> T>
-void describe(Archive& archive, T& x) {
-  archive(x.sector, x.parts, x.is_news);
-}
-template <typename Archive, Is<KnownReplica> T>
-void describe(Archive& archive, T& x) {
-  archive(x.introduction, x.update);
-}
-template <typename Archive, Is<SharedState> T>
-void describe(Archive& archive, T& x) {
-  archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas);
-}
-template <typename Archive, Is<Transfer> T>
-void describe(Archive& archive, T& x) {
-  archive(x.sectors, x.heard);
-}
-template <typename Archive, Is<Seams> T>
-void describe(Archive& archive, T& x) {
-  archive(x.sectors);
-}
-template <typename Archive, Is<ShippedBody> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.seam_stages, x.numbers_end);
-}
-template <typename Archive, Is<ShippedPair> T>
-void describe(Archive& archive, T& x) {
-  archive(x.a, x.b, x.numbers_end);
-}
-template <typename Archive, Is<ShippedIsland> T>
-void describe(Archive& archive, T& x) {
-  archive(x.island, x.bodies, x.pairs, x.body_numbers, x.pair_numbers, x.joints);
-}
-template <typename Archive, Is<Shipment> T>
-void describe(Archive& archive, T& x) {
-  archive(x.islands, x.staged);
-}
-template <typename Archive, Is<Motions> T>
-void describe(Archive& archive, T& x) {
-  archive(x.bytes);
-}
-template <typename Archive, Is<SolvedIsland> T>
-void describe(Archive& archive, T& x) {
-  archive(x.island, x.bodies, x.pairs);
-}
-template <typename Archive, Is<Solution> T>
-void describe(Archive& archive, T& x) {
-  archive(x.islands, x.blamed);
-}
-template <typename Archive, Is<SpawnBody> T>
-void describe(Archive& archive, T& x) {
-  archive(x.record);
-}
-template <typename Archive, Is<RemoveBody> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.last_of);
-}
-template <typename Archive, Is<SetVelocity> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.linear, x.angular);
-}
-template <typename Archive, Is<ApplyImpulse> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.impulse, x.lever);
-}
-template <typename Archive, Is<ApplyForce> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.wrench);
-}
-template <typename Archive, Is<Teleport> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.state, x.keeps_rotation, x.keeps_linear_velocity, x.keeps_angular_velocity);
-}
-template <typename Archive, Is<KinematicTarget> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.state, x.keeps_rotation);
-}
-template <typename Archive, Is<SetSurfaceMotion> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.velocity, x.running);
-}
-template <typename Archive, Is<AddJoint> T>
-void describe(Archive& archive, T& x) {
-  archive(x.record, x.leaders);
-}
-template <typename Archive, Is<RemoveJoint> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id);
-}
-template <typename Archive, Is<SetDrives> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.drives);
-}
 
 // Breaks values down into raw bytes for a `Sink` with bytes(const void*, size); used by Meter and Writer.
 template <typename Sink>
@@ -551,6 +313,7 @@ std::uint64_t wire_layout() {
                                    packed_size<SetDrives>(),         packed_size<JointTie>(),
                                    packed_size<JointAxis>(),         packed_size<HeldJoint>(),
                                    packed_size<AddJoint>(),          packed_size<SetSurfaceMotion>(),
+                                   packed_size<SetProperties>(),     packed_size<ApplyRadialImpulse>(),
                                    packed_size<MovedBody>(),         packed_size<MovedClone>(),
                                    packed_size<MovedSector>(),       packed_size<Shipment>(),
                                    packed_size<SharedState>(),       packed_size<KnownReplica>(),

@@ -17,7 +17,7 @@
 
 namespace tessera {
 
-inline constexpr std::uint32_t kClusterProtocol = 11;
+inline constexpr std::uint32_t kClusterProtocol = 12;
 
 // A hash of the sizes and versions of the packed structs and of the names of the counters; equal in
 // compatible processes.

@@ -73,7 +73,9 @@ std::vector<Command> some_commands() {
           AddJoint{some_joint(10), {tie_of(some_joint(9))}},
           RemoveJoint{JointId{11}},
           SetDrives{JointId{12}, some_joint(1).drives},
-          SetSurfaceMotion{BodyId{13}, {1, 2, 3}, {4, 5, 6}}};
+          SetSurfaceMotion{BodyId{13}, {1, 2, 3}, {4, 5, 6}},
+          SetProperties{BodyId{14}, some_record(3).properties},
+          ApplyRadialImpulse{{1, 2, 3}, {4, 5, 6}, 7, -8, 9}};
 }
 
 BodyJoints some_joints() {
@@ -220,6 +222,8 @@ TEST(Wire, CommandsSurviveBitForBit) {
   EXPECT_TRUE(std::get<KinematicTarget>((*read)[6]).keeps_rotation);
   EXPECT_EQ(std::get<SetDrives>((*read)[9]).drives, some_joint(1).drives);
   EXPECT_EQ(std::get<SetSurfaceMotion>((*read)[10]).running, (std::array<double, 3>{4, 5, 6}));
+  EXPECT_EQ(std::get<SetProperties>((*read)[11]).properties.inertia, (std::array<double, 3>{1, 2, 3}));
+  EXPECT_EQ(std::get<ApplyRadialImpulse>((*read)[12]).impulse, -8);
   EXPECT_EQ(std::get<SpawnBody>((*read)[0]).record.properties.surface, some_record(3).properties.surface);
 }
 

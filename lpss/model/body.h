@@ -45,9 +45,10 @@ enum class Motion : std::uint8_t { kStatic, kDynamic, kKinematic };
 
 const char* name_of(Motion motion);  // "static", "dynamic", "kinematic"
 
-// The properties of a body, which never change, but for how its surface moves. The *centre frame* of a body
-// has its origin in the centre of mass and its axes along the principal axes of inertia: the frame that
-// engines integrate in. States are those of the centre frame; clients see the body frame.
+// The properties of a body. Its shape, centre frame and assembly never change, nor whether it is static; all
+// else may (set_properties()). The *centre frame* of a body has its origin in the centre of mass and its axes
+// along the principal axes of inertia: the frame that engines integrate in. States are those of the centre
+// frame; clients see the body frame.
 struct BodyProperties {
   Motion motion = Motion::kDynamic;
   ShapeId shape = 0;

@@ -24,7 +24,7 @@ struct JointRecord {
   JointDrives drives;
 };
 
-// What never changes of a joint: all that is known of it away from the home of its child.
+// What is known of a joint away from the home of its child. Only the motion of its parent ever changes.
 struct JointTie {
   JointId id;
   BodyId parent;  // 0: the world

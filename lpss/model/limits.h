@@ -36,6 +36,7 @@ inline constexpr double kImpulseMax = 1e12;               // N s
 inline constexpr double kForceMax = 1e12;                 // N
 inline constexpr double kTorqueMax = 1e12;                // N m
 inline constexpr double kLeverMax = 1e8;                  // m, of an impulse
+inline constexpr double kRadialSectorsMax = 4;            // edges of a sector, the radius of a radial impulse
 inline constexpr double kDriveWayMax = 1e6;               // m, the target of a position drive
 inline constexpr double kGainMax = 1e12;                  // of a drive or spring: N/m, N s/m; N m and rad
 inline constexpr double kMimicMultiplierMax = 1e6;        // rad/rad, m/m, m/rad or rad/m

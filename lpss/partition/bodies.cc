@@ -14,6 +14,39 @@ namespace {
 
 auto by_id = [](const HomeBody* body, BodyId id) { return body->id < id; };
 
+// Puts a body, whose properties are known, into its sector's engine world and on the lists that follow from
+// these.
+void place_home(Partition& partition, HomeBody& body, const BodyState& state) {
+  Sector& sector = *body.sector;
+  SectorWorld& world = world_of(partition, sector);
+  body.slot = world.add({body.id, sector.index, body.properties, state}, Role::kHome);
+  world.set_jointed(body.slot, body.jointed);
+  if (body.properties.gravity) {
+    world.set_gravity(body.slot,
+                      acceleration_at(partition.settings.gravity, sector.index,
+                                      Eigen::Vector3d(state.position.data()), partition.sector_size()));
+  }
+  if (body.properties.motion == Motion::kKinematic) {
+    sector.kinematics.insert(
+        std::lower_bound(sector.kinematics.begin(), sector.kinematics.end(), body.id, by_id), &body);
+  }
+  const auto slot = static_cast<std::size_t>(body.slot);
+  if (slot >= sector.by_slot.size()) sector.by_slot.resize(slot + 1, nullptr);
+  sector.by_slot[slot] = &body;
+  mark_dirty(body);
+  sector.components_stale = true;
+  activate(partition, sector);
+}
+
+void displace_home(Partition& partition, HomeBody& body) {
+  Sector& sector = *body.sector;
+  sector.world->remove(body.slot);
+  std::erase(sector.kinematics, &body);
+  sector.by_slot[static_cast<std::size_t>(body.slot)] = nullptr;
+  sector.components_stale = true;
+  activate(partition, sector);
+}
+
 }  // namespace
 
 void add_shape(Partition& partition, ShapeId id, ShapeRef shape) {
@@ -53,48 +86,46 @@ void add_body(Partition& partition, const BodyRecord& record) {
 
 HomeBody& add_home(Partition& partition, const BodyRecord& record) {
   Sector& sector = sector_at(partition, record.home);
-  SectorWorld& world = world_of(partition, sector);
   auto body = std::make_unique<HomeBody>();
   body->id = record.id;
   body->properties = record.properties;
   body->radius = radius_of(partition, record.properties);
   body->jointed = !partition.joints.of(record.id).empty();
   body->sector = &sector;
-  body->slot = world.add(record, Role::kHome);
-  world.set_jointed(body->slot, body->jointed);
   if (body->jointed) partition.jointed.insert(body->id);
-  if (record.properties.gravity) {
-    world.set_gravity(
-        body->slot, acceleration_at(partition.settings.gravity, record.home,
-                                    Eigen::Vector3d(record.state.position.data()), partition.sector_size()));
-  }
   const auto place = std::lower_bound(sector.homes.begin(), sector.homes.end(), record.id, by_id);
   sector.homes.insert(place, body.get());
-  if (record.properties.motion == Motion::kKinematic) {
-    sector.kinematics.insert(
-        std::lower_bound(sector.kinematics.begin(), sector.kinematics.end(), record.id, by_id), body.get());
-  }
-  const auto slot = static_cast<std::size_t>(body->slot);
-  if (slot >= sector.by_slot.size()) sector.by_slot.resize(slot + 1, nullptr);
-  sector.by_slot[slot] = body.get();
-  mark_dirty(*body);
-  sector.components_stale = true;
-  activate(partition, sector);
+  place_home(partition, *body, record.state);
   const auto [entry, is_new] = partition.bodies.try_emplace(record.id, std::move(body));
   invariant(is_new, "a body lives in one sector");
   return *entry->second;
 }
 
+void set_home_properties(Partition& partition, HomeBody& body, const BodyProperties& properties) {
+  SectorWorld& world = *body.sector->world;
+  wake_touching(partition, *body.sector, body.slot);
+  world.wake(body.slot);
+  BodyState state = world.state(body.slot);
+  const Wrench wrench = world.total_wrench(body.slot);
+  const double surge = world.surge(body.slot);
+  if (properties.motion != body.properties.motion) {
+    state.velocities_before.reset();
+    body.kinematic_target.reset();
+  }
+  displace_home(partition, body);
+  body.properties = properties;
+  place_home(partition, body, state);
+  if (properties.motion != Motion::kDynamic) return;
+  world.set_total_wrench(body.slot, wrench);
+  world.set_surge(body.slot, surge);
+}
+
 BodyRecord remove_home(Partition& partition, HomeBody& body) {
   Sector& sector = *body.sector;
   const BodyRecord record = record_of(body);
-  sector.world->remove(body.slot);
+  displace_home(partition, body);
   sector.homes.erase(std::lower_bound(sector.homes.begin(), sector.homes.end(), body.id, by_id));
-  std::erase(sector.kinematics, &body);
   if (body.attended) std::erase(sector.attended, &body);
-  sector.by_slot[static_cast<std::size_t>(body.slot)] = nullptr;
-  sector.components_stale = true;
-  activate(partition, sector);
   if (partition.jointed.erase(record.id) > 0) leave_joints(partition, record.id);
   partition.bodies.erase(record.id);
   return record;

@@ -29,6 +29,10 @@ double radius_of(const Partition& partition, const BodyProperties& properties);
 // Gives a body its home in one of the partition's sectors.
 HomeBody& add_home(Partition& partition, const BodyRecord& record);
 
+// Gives a body that lives here other properties, of the same shape and centre frame, and wakes it. Its
+// contacts are found anew.
+void set_home_properties(Partition& partition, HomeBody& body, const BodyProperties& properties);
+
 // Takes it away; the body is gone from the partition.
 BodyRecord remove_home(Partition& partition, HomeBody& body);
 

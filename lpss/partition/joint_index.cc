@@ -69,6 +69,11 @@ void JointIndex::uncouple(JointId a, JointId b) {
   unlist_in(coupled_, b, a);
 }
 
+void JointIndex::set_parent_motion(JointId id, Motion motion) {
+  ties_.at(id).parent_motion = motion;
+  if (JointRecord* const joint = record(id)) joint->parent_motion = motion;
+}
+
 bool JointIndex::remove(JointId id) {
   const auto place = ties_.find(id);
   if (place == ties_.end()) return false;

@@ -29,6 +29,9 @@ class JointIndex {
   // One of them follows the other, wherever they are.
   void couple(JointId a, JointId b);
 
+  // Of a joint that is known.
+  void set_parent_motion(JointId id, Motion motion);
+
   // False where the joint is not known. Axes that followed it follow nothing from then on.
   bool remove(JointId id);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <string>
 
 #include "lpss/observe/queries.h"
 #include "lpss/simulation/example_worlds.h"
@@ -173,6 +174,130 @@ TEST(Commands, ATeleportIntoOthersAcrossSeamsGivesTheSameBitsOnOnePartitionAndOn
       EXPECT_EQ(three->counts().islands_shipped, 1u);
     }
   }
+}
+
+// A floor, and on it what commands change: piles over borders, a hinge whose parent is one of them, and, far
+// away, a tower of which all is packed.
+WorldDescription changing_world() {
+  WorldDescription world = pile_world(sectors_of(4), 60);
+  WorldBuilder builder(world.settings);
+  builder.world() = world;
+  const ShapeId cube = builder.shape(Box{{0.5, 0.5, 0.5}});
+  for (int n = 0; n < 3; ++n) builder.add("far" + std::to_string(n), cube, 1, {18.2, 0, 0.5 * n + 1.25});
+  builder.add("post", cube, 1, {7.7, 7, 1.25});
+  builder.add("door", cube, 1, {8.7, 7, 1.25});
+  builder.tie("hinge", JointType::kRevolute, "post", "door", {8.2, 7, 1.25}, {0, 1, 0});
+  return builder.world();
+}
+
+BodyId id_of(const WorldDescription& world, const std::string& name) {
+  for (std::size_t n = 0; n < world.bodies.size(); ++n) {
+    if (world.bodies[n].name == name) return BodyId{n + 1};
+  }
+  ADD_FAILURE() << name;
+  return {};
+}
+
+std::vector<Command> changes_at(const WorldDescription& world, int tick) {
+  const std::vector<BodyRecord> records = *records_of(world);
+  const auto changed = [&](BodyId id, const auto& change) -> Command {
+    SetProperties command{id, records.at(id.value - 1).properties};
+    change(command.properties);
+    return command;
+  };
+  switch (tick) {
+    case 40:
+      return {changed(BodyId{7}, [](BodyProperties& p) { p.mass *= 8; }),
+              changed(BodyId{12}, [](BodyProperties& p) { p.motion = Motion::kKinematic; }),
+              changed(id_of(world, "post"), [](BodyProperties& p) { p.motion = Motion::kKinematic; })};
+    case 60:
+      return {ApplyRadialImpulse{{0, 0, 0}, {2, 2.25, 1}, 6, 12}};
+    case 80:
+      return {changed(BodyId{1}, [](BodyProperties& p) { p.friction = 0.01; })};  // the floor
+    case 100:
+      return {changed(BodyId{12}, [](BodyProperties& p) { p.gravity = false; }),
+              changed(id_of(world, "post"), [](BodyProperties&) {}),
+              ApplyImpulse{id_of(world, "post"), {3, 1, 2}, {}}};
+    case 120:
+      return {SetVelocity{id_of(world, "post"), {-30, 20, 10}, {}}};
+    case 400:
+      return {ApplyRadialImpulse{{4, 0, 0}, {1, 0, 1}, 3, -2}};  // what sleeps
+    case 420:
+      return {changed(BodyId{1}, [](BodyProperties& p) { p.mask = 0; })};  // all falls through
+    default:
+      break;
+  }
+  // As it passes over borders, too.
+  if (tick < 120 || tick > 160) return {};
+  return {changed(id_of(world, "post"), [&](BodyProperties& p) {
+    p.motion = tick % 3 == 0 ? Motion::kKinematic : Motion::kDynamic;
+  })};
+}
+
+struct RunOfChanges {
+  std::uint32_t partitions = 1;
+  std::uint64_t shuffle = 0;
+  bool packs = false;
+  bool all_linked = true;
+  SeamPolicy seams = SeamPolicy::kIsland;
+};
+
+std::vector<WorldHash> hashes_of(const RunOfChanges& run) {
+  WorldDescription world = changing_world();
+  world.settings.sleep_after = 0.1;
+  world.settings.shuffle = run.shuffle;
+  world.settings.seams = run.seams;
+  auto cluster = cluster_of(world, run.partitions);
+  for (Rank rank = 0; rank < run.partitions; ++rank) {
+    if (run.packs) cluster->partition(rank).pack_after = 1;
+    if (!run.all_linked) cluster->partition(rank).all_linked_max = 1;
+  }
+  std::vector<WorldHash> hashes;
+  for (int tick = 0; tick < 460; ++tick) {
+    std::size_t packed = 0;
+    for (Rank rank = 0; rank < run.partitions; ++rank)
+      packed += cluster->partition(rank).packed.counts().bodies;
+    if (tick == 400 && run.packs) {
+      EXPECT_GE(packed, 3u) << "the tower is far from all else";
+    }
+    cluster->step(changes_at(world, tick));
+    for (Rank rank = 0; rank < run.partitions; ++rank) check_invariants(cluster->partition(rank));
+    hashes.push_back(cluster->hash());
+  }
+  return hashes;
+}
+
+TEST(Commands, PropertiesAndRadialImpulsesGiveTheSameBitsOnAnyNumberOfPartitions) {
+  const std::vector<WorldHash> one = hashes_of({});
+  for (const RunOfChanges& run :
+       {RunOfChanges{.packs = true}, RunOfChanges{.partitions = 2, .packs = true},
+        RunOfChanges{.partitions = 4}, RunOfChanges{.partitions = 4, .all_linked = false},
+        RunOfChanges{.partitions = 4, .shuffle = 3, .packs = true}}) {
+    EXPECT_EQ(first_difference(one, hashes_of(run)), one.size())
+        << run.partitions << " partitions, shuffle " << run.shuffle << ", packs " << run.packs
+        << ", all linked " << run.all_linked;
+  }
+  EXPECT_EQ(first_difference(hashes_of({.seams = SeamPolicy::kClone}),
+                             hashes_of({.partitions = 3, .seams = SeamPolicy::kClone})),
+            one.size());
+}
+
+TEST(Commands, ABodyInTheAirFallsOnceItFeelsGravityAndRestsOnceItIsHeavy) {
+  WorldBuilder builder(sectors_of(8));
+  builder.add_floor(20, 0);
+  builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {0, 0, 3}).properties.gravity = false;
+  builder.add("light", builder.shape(Sphere{0.5}), 1, {5, 0, 0.5});
+  auto cluster = cluster_of(builder.world(), 2);
+  for (int tick = 0; tick < 100; ++tick) cluster->step();
+  EXPECT_EQ(place(*cluster, BodyId{2}, 8).z(), 3);
+  SetProperties fall{BodyId{2}, cluster->body(BodyId{2})->properties};
+  fall.properties.gravity = true;
+  SetProperties heavy{BodyId{3}, cluster->body(BodyId{3})->properties};
+  heavy.properties.mass = 100;
+  cluster->step(std::vector<Command>{fall, heavy, ApplyImpulse{BodyId{3}, {0, 0, 100}, {}}});
+  EXPECT_NEAR(cluster->body(BodyId{3})->state.linear_velocity[2], 1, 0.2) << "100 N s on 100 kg";
+  for (int tick = 1; tick < 30; ++tick) cluster->step();
+  EXPECT_NEAR(place(*cluster, BodyId{2}, 8).z(), 3 - 9.81 / 2 * 0.25, 0.1) << "half a second of fall";
 }
 
 TEST(Commands, ABodyWhoseSupportIsTakenAwayWakesAndFalls) {

@@ -1,9 +1,11 @@
 #include "lpss/snapshot/record_checks.h"
 
+#include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <optional>
 #include <type_traits>
 #include <variant>
 
@@ -43,9 +45,23 @@ absl::Status check_ties(std::span<const JointTie> ties) {
   return absl::OkStatus();
 }
 
-bool is_there(const Partition& partition, BodyId id) {
-  return partition.bodies.contains(id) || partition.statics.find(id) != nullptr ||
-         partition.packed.body(id).has_value();
+// Of a body that is static or lives here.
+std::optional<BodyProperties> properties_of(const Partition& partition, BodyId id) {
+  if (const BodyRecord* const body = partition.statics.find(id)) return body->properties;
+  const auto body = partition.bodies.find(id);
+  if (body != partition.bodies.end()) return body->second->properties;
+  const std::optional<BodyRecord> packed = partition.packed.body(id);
+  return packed ? std::optional(packed->properties) : std::nullopt;
+}
+
+// Whether a body may have other properties from now on.
+absl::Status check_change(BodyId id, const BodyProperties& now, const BodyProperties& next) {
+  const bool stays = now.shape == next.shape && now.centre == next.centre &&
+                     now.principal_axes == next.principal_axes && now.assembly == next.assembly;
+  if (!stays) return refused(title_of(id), ": its shape, centre frame and assembly must stay as they are");
+  if ((now.motion == Motion::kStatic) == (next.motion == Motion::kStatic)) return absl::OkStatus();
+  return refused(title_of(id), ": a body that is ", name_of(now.motion), " must not become ",
+                 name_of(next.motion));
 }
 
 }  // namespace
@@ -123,6 +139,25 @@ absl::Status RecordChecks::leaders(const AddJoint& command) const {
   return absl::OkStatus();
 }
 
+absl::Status RecordChecks::drives(const SetDrives& command) const {
+  for (const JointDrive& drive : command.drives) {
+    absl::Status status = first_error({bounded("target", drive.target, -kNoBound, kNoBound),
+                                       bounded("stiffness", drive.stiffness, 0, kGainMax),
+                                       bounded("damping", drive.damping, 0, kGainMax),
+                                       bounded("velocity", drive.velocity, -kNoBound, kNoBound)});
+    if (!status.ok()) return in(absl::StrCat("drives of joint ", command.id.value), status);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RecordChecks::radial(const ApplyRadialImpulse& command) const {
+  const double size = settings_.sector_size;
+  return in("radial impulse",
+            first_error({finite("centre", Eigen::Vector3d(command.centre.data()), 4 * size, "m"),
+                         bounded("radius", command.radius, 0, kRadialSectorsMax * size, "m"),
+                         bounded("impulse", command.impulse, -kImpulseMax, kImpulseMax, "N s")}));
+}
+
 absl::Status RecordChecks::command(const Command& command) const {
   return std::visit(
       [&](const auto& c) -> absl::Status {
@@ -132,14 +167,7 @@ absl::Status RecordChecks::command(const Command& command) const {
         } else if constexpr (std::is_same_v<C, AddJoint>) {
           return first_error({joint(c.record), leaders(c)});
         } else if constexpr (std::is_same_v<C, SetDrives>) {
-          for (const JointDrive& drive : c.drives) {
-            absl::Status status = first_error({bounded("target", drive.target, -kNoBound, kNoBound),
-                                               bounded("stiffness", drive.stiffness, 0, kGainMax),
-                                               bounded("damping", drive.damping, 0, kGainMax),
-                                               bounded("velocity", drive.velocity, -kNoBound, kNoBound)});
-            if (!status.ok()) return in(absl::StrCat("drives of joint ", c.id.value), status);
-          }
-          return absl::OkStatus();
+          return drives(c);
         } else if constexpr (std::is_same_v<C, RemoveJoint>) {
           return absl::OkStatus();
         } else if constexpr (std::is_same_v<C, Teleport> || std::is_same_v<C, KinematicTarget>) {
@@ -155,6 +183,10 @@ absl::Status RecordChecks::command(const Command& command) const {
         } else if constexpr (std::is_same_v<C, ApplyForce>) {
           return first_error({id(c.id), in(title_of(c.id), are_finite("force", c.wrench.force)),
                               in(title_of(c.id), are_finite("torque", c.wrench.torque))});
+        } else if constexpr (std::is_same_v<C, SetProperties>) {
+          return properties(c.id, c.properties);
+        } else if constexpr (std::is_same_v<C, ApplyRadialImpulse>) {
+          return radial(c);
         } else {
           static_assert(std::is_same_v<C, SetSurfaceMotion>);
           return first_error({id(c.id), in(title_of(c.id), are_finite("surface velocity", c.velocity)),
@@ -268,14 +300,20 @@ absl::Status check(const Partition& partition, const SharedState& shared,
 
 absl::Status check(const Partition& partition, std::span<const Command> commands) {
   const RecordChecks checks = checks_of(partition);
-  absl::flat_hash_set<BodyId> spawned;
+  absl::flat_hash_map<BodyId, BodyProperties> spawned;
   absl::flat_hash_set<JointId> added;
   for (const Command& command : commands) {
     if (absl::Status status = checks.command(command); !status.ok()) return status;
     if (const auto* spawn = std::get_if<SpawnBody>(&command)) {
       const BodyId id = spawn->record.id;
-      if (is_there(partition, id) || !spawned.insert(id).second)
+      if (properties_of(partition, id) || !spawned.try_emplace(id, spawn->record.properties).second)
         return refused(title_of(id), ": it is there already");
+    } else if (const auto* change = std::get_if<SetProperties>(&command)) {
+      const auto is_new = spawned.find(change->id);
+      const std::optional<BodyProperties> now =
+          is_new == spawned.end() ? properties_of(partition, change->id) : is_new->second;
+      absl::Status status = now ? check_change(change->id, *now, change->properties) : absl::OkStatus();
+      if (!status.ok()) return status;
     } else if (const auto* joint = std::get_if<AddJoint>(&command)) {
       const JointId id = joint->record.id;
       if (partition.joints.find(id) != nullptr || !added.insert(id).second)

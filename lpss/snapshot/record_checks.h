@@ -47,6 +47,8 @@ class RecordChecks {
 
  private:
   absl::Status leaders(const AddJoint& command) const;
+  absl::Status drives(const SetDrives& command) const;
+  absl::Status radial(const ApplyRadialImpulse& command) const;
 
   WorldSettings settings_;
   FindShape find_shape_;

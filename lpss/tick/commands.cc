@@ -1,7 +1,5 @@
 #include "lpss/tick/commands.h"
 
-#include <absl/container/btree_map.h>
-
 #include <algorithm>
 #include <concepts>
 #include <optional>
@@ -11,9 +9,12 @@
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
 #include "lpss/partition/packing.h"
+#include "lpss/partition/properties.h"
 #include "lpss/partition/replicas.h"
 #include "lpss/partition/sectors.h"
 #include "lpss/partition/statics.h"
+#include "lpss/tick/landings.h"
+#include "lpss/tick/radial_impulse.h"
 
 namespace tessera {
 namespace {
@@ -28,35 +29,6 @@ void set_velocities_between(BodyState& from, const BodyState& to, double dt) {
   Eigen::Map<Eigen::Vector3d>(from.angular_velocity.data()) = rotation_vector(turn) / dt;
 }
 
-// Turns a body at `next`, whose position is that of the body frame, as it is turned `now`; the position is
-// then that of its centre.
-void keep_rotation(const BodyProperties& properties, const BodyState& now, BodyState& next) {
-  next.rotation = now.rotation;
-  const Pose centre = centre_frame(properties);
-  const Eigen::Quaterniond body_frame = quaternion_of(now) * centre.orientation.conjugate();
-  Eigen::Map<Eigen::Vector3d>(next.position.data()) += body_frame * centre.position;
-}
-
-// Puts a body where a teleport says, and leaves the rest of it as it is.
-void carry_out(const Teleport& jump, double sector_size, BodyRecord& record) {
-  const BodyState now = record.state;
-  record.home = jump.home;
-  record.state = jump.state;
-  if (jump.keeps_linear_velocity) record.state.linear_velocity = now.linear_velocity;
-  if (jump.keeps_angular_velocity) record.state.angular_velocity = now.angular_velocity;
-  if (!jump.keeps_rotation) return;
-  keep_rotation(record.properties, now, record.state);
-  const auto place = canonical(jump.home, vector(record.state.position), sector_size);
-  if (!place.ok()) return;  // beyond the last sector: its centre stays outside of that one
-  record.home = place->sector;
-  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = place->local;
-}
-
-void forget_moves(Partition& partition, BodyId id) {
-  std::erase(partition.leaving, id);
-  std::erase(partition.moving_replicas, id);
-}
-
 void remove_body(Partition& partition, BodyId id) {
   remove_joints_of(partition, id);
   remove_static_body(partition, id);
@@ -68,69 +40,6 @@ void remove_body(Partition& partition, BodyId id) {
   wake_touching(partition, *body->second->sector, body->second->slot);
   remove_home(partition, *body->second);
 }
-
-// The teleports of a tick, which end it: until then, a body is where it was, with the orientation and the
-// velocities that it lands with, so that other commands of the tick find it.
-class Landings {
- public:
-  void add(Partition& partition, const Teleport& jump) {
-    if (partition.statics.find(jump.id)) return move_static(partition, jump);
-    jumps_.insert_or_assign(jump.id, jump);
-    const auto found = partition.bodies.find(jump.id);
-    if (found == partition.bodies.end()) return;
-    HomeBody& body = *found->second;
-    body.kinematic_target.reset();
-    BodyState state = body.sector->world->state(body.slot);
-    if (!jump.keeps_rotation) state.rotation = jump.state.rotation;
-    if (!jump.keeps_linear_velocity) state.linear_velocity = jump.state.linear_velocity;
-    if (!jump.keeps_angular_velocity) state.angular_velocity = jump.state.angular_velocity;
-    body.sector->world->set_state(body.slot, state);
-  }
-  void forget(BodyId id) { jumps_.erase(id); }
-
-  // A body as it is now, or where it will land.
-  BodyRecord record(const Partition& partition, const HomeBody& body) const {
-    BodyRecord record = record_of(body);
-    const auto found = jumps_.find(body.id);
-    if (found == jumps_.end()) return record;
-    Teleport jump = found->second;
-    jump.keeps_linear_velocity = jump.keeps_angular_velocity = true;
-    carry_out(jump, partition.sector_size(), record);
-    return record;
-  }
-
-  std::vector<HomeChange> carry_out_all(Partition& partition) const {
-    std::vector<HomeChange> changes;
-    for (const auto& [id, jump] : jumps_) {
-      lift_clones(partition, id);
-      forget_moves(partition, id);
-      const auto found = partition.bodies.find(id);
-      if (found == partition.bodies.end()) continue;
-      HomeBody& body = *found->second;
-      wake_touching(partition, *body.sector, body.slot);
-      const SectorIndex old_home = body.sector->index;
-      const BodyRecord landed = record(partition, body);
-      // The state as the engine rounds it: clones have to be where the body will be, to the bit.
-      body.sector->world->set_state(body.slot, landed.state);
-      Handover handover = taken_out(partition, body);
-      handover.record.home = landed.home;
-      changes.push_back({handover, old_home});
-    }
-    return changes;
-  }
-
- private:
-  static void move_static(Partition& partition, const Teleport& jump) {
-    BodyRecord moved = *partition.statics.find(jump.id);
-    carry_out(jump, partition.sector_size(), moved);
-    remove_static_body(partition, jump.id);
-    add_static_body(partition, moved);
-    for (const JointId joint : partition.joints.of(jump.id))
-      wake_jointed(partition, *partition.joints.find(joint));
-  }
-
-  absl::btree_map<BodyId, Teleport> jumps_;  // the last one of each body
-};
 
 void note_if_stopped(Partition& partition, HomeBody& body, std::vector<Stopped>& stopped) {
   if (const std::optional<DivergenceKind> kind = stop_if_diverged(partition, body))
@@ -202,56 +111,78 @@ void bring_back_named(Partition& partition, const Command& command) {
       command);
 }
 
-void apply(Partition& partition, const Command& command, Landings& landings, std::vector<Stopped>& stopped) {
-  bring_back_named(partition, command);
-  const auto with_body = [&](BodyId id, auto&& change) {
-    const auto found = partition.bodies.find(id);
-    if (found == partition.bodies.end()) return;
-    HomeBody& body = *found->second;
+// The commands of a tick, one after the other.
+class Commands {
+ public:
+  Commands(Partition& partition, std::vector<Stopped>& stopped) : partition_(partition), stopped_(stopped) {}
+
+  void apply(const Command& command) {
+    bring_back_named(partition_, command);
+    std::visit([this](const auto& c) { carry_out(c); }, command);
+  }
+
+  std::vector<HomeChange> end() { return landings_.carry_out_all(partition_); }
+
+ private:
+  void carry_out(const SpawnBody& c) { add_body(partition_, c.record); }
+  void carry_out(const RemoveBody& c) {
+    remove_body(partition_, c.id);
+    if (c.last_of) forget_shape(partition_, *c.last_of);
+    landings_.forget(c.id);
+  }
+  void carry_out(const SetVelocity& c) {
+    change(c.id, [&](SectorWorld& world, HomeBody& body) {
+      world.set_velocity(body.slot, vector(c.linear), vector(c.angular));
+      body.kinematic_target.reset();
+    });
+  }
+  void carry_out(const ApplyImpulse& c) {
+    change(c.id, [&](SectorWorld& world, HomeBody& body) {
+      world.apply_impulse(body.slot, vector(c.impulse), vector(c.lever));
+    });
+  }
+  void carry_out(const ApplyForce& c) {
+    change(c.id, [&](SectorWorld& world, HomeBody& body) { world.add_wrench(body.slot, c.wrench); });
+  }
+  void carry_out(const Teleport& c) { landings_.add(partition_, c); }
+  void carry_out(const KinematicTarget& c) { set_target(partition_, c, landings_, stopped_); }
+  void carry_out(const AddJoint& c) { add_joint(partition_, c.record, c.leaders); }
+  void carry_out(const RemoveJoint& c) { remove_joint(partition_, c.id); }
+  void carry_out(const SetDrives& c) { set_drives(partition_, c.id, c.drives); }
+  void carry_out(const SetSurfaceMotion& c) { set_surface_motion(partition_, c); }
+  void carry_out(const SetProperties& c) {
+    set_properties(partition_, c.id, c.properties);
+    // What pushes it may be too much for its new mass.
+    if (const auto found = partition_.bodies.find(c.id); found != partition_.bodies.end())
+      note_if_stopped(partition_, *found->second, stopped_);
+  }
+  void carry_out(const ApplyRadialImpulse& c) {
+    for (const auto& [body, impulse] : pushes_of(partition_, c, landings_)) {
+      change(*body, [&](SectorWorld& world, HomeBody& pushed) {
+        world.apply_impulse(pushed.slot, impulse, Eigen::Vector3d::Zero());
+      });
+    }
+  }
+
+  template <typename Change>
+  void change(BodyId id, const Change& make) {
+    const auto found = partition_.bodies.find(id);
+    if (found != partition_.bodies.end()) change(*found->second, make);
+  }
+  template <typename Change>
+  void change(HomeBody& body, const Change& make) {
     SectorWorld& world = *body.sector->world;
     world.wake(body.slot);
-    change(world, body);
-    note_if_stopped(partition, body, stopped);
+    make(world, body);
+    note_if_stopped(partition_, body, stopped_);
     mark_dirty(body);
-    activate(partition, *body.sector);
-  };
-  std::visit(
-      [&](const auto& c) {
-        using C = std::decay_t<decltype(c)>;
-        if constexpr (std::is_same_v<C, SpawnBody>) {
-          add_body(partition, c.record);
-        } else if constexpr (std::is_same_v<C, RemoveBody>) {
-          remove_body(partition, c.id);
-          if (c.last_of) forget_shape(partition, *c.last_of);
-          landings.forget(c.id);
-        } else if constexpr (std::is_same_v<C, Teleport>) {
-          landings.add(partition, c);
-        } else if constexpr (std::is_same_v<C, KinematicTarget>) {
-          set_target(partition, c, landings, stopped);
-        } else if constexpr (std::is_same_v<C, AddJoint>) {
-          add_joint(partition, c.record, c.leaders);
-        } else if constexpr (std::is_same_v<C, RemoveJoint>) {
-          remove_joint(partition, c.id);
-        } else if constexpr (std::is_same_v<C, SetDrives>) {
-          set_drives(partition, c.id, c.drives);
-        } else if constexpr (std::is_same_v<C, SetSurfaceMotion>) {
-          set_surface_motion(partition, c);
-        } else if constexpr (std::is_same_v<C, SetVelocity>) {
-          with_body(c.id, [&](SectorWorld& world, HomeBody& body) {
-            world.set_velocity(body.slot, vector(c.linear), vector(c.angular));
-            body.kinematic_target.reset();
-          });
-        } else if constexpr (std::is_same_v<C, ApplyImpulse>) {
-          with_body(c.id, [&](SectorWorld& world, HomeBody& body) {
-            world.apply_impulse(body.slot, vector(c.impulse), vector(c.lever));
-          });
-        } else {
-          static_assert(std::is_same_v<C, ApplyForce>);
-          with_body(c.id, [&](SectorWorld& world, HomeBody& body) { world.add_wrench(body.slot, c.wrench); });
-        }
-      },
-      command);
-}
+    activate(partition_, *body.sector);
+  }
+
+  Partition& partition_;
+  std::vector<Stopped>& stopped_;
+  Landings landings_;
+};
 
 // What was led to a target in the last tick stays there, unless a command of this one leads it on.
 void halt_led(Partition& partition) {
@@ -280,10 +211,10 @@ std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Com
                                        std::vector<Stopped>& stopped) {
   const double radius_max = partition.radius_max;
   halt_led(partition);
-  Landings landings;
-  for (const Command& command : commands) apply(partition, command, landings, stopped);
+  Commands applied(partition, stopped);
+  for (const Command& command : commands) applied.apply(command);
   if (partition.radius_max > radius_max) mark_all_dirty(partition);
-  return landings.carry_out_all(partition);
+  return applied.end();
 }
 
 }  // namespace tessera

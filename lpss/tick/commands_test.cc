@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -156,6 +158,140 @@ TEST(Commands, NoneTakesABodyOutOfAllRange) {
   EXPECT_THAT(pushed.sector->world->total_wrench(pushed.slot).force, ElementsAre(0, 0, 0));
   EXPECT_FALSE(body(*partition, 2).kinematic_target);
   EXPECT_THAT(state_of(*partition, 2).position, ElementsAre(5, 2, 3));
+}
+
+SetProperties with_properties(const BodyRecord& record, const std::function<void(BodyProperties&)>& change) {
+  SetProperties command{record.id, record.properties};
+  change(command.properties);
+  return command;
+}
+
+TEST(Commands, AnImpulseFindsTheMassThatACommandBeforeItHasSet) {
+  TestPartition partition;
+  const BodyRecord record = moving(box(1, kHigh, {1, 2, 3}), {0, 5, 0});
+  add_body(*partition, in_state(record, Activity::kWantsSleep));
+  settle_down(*partition);
+  const std::vector<Command> commands{ApplyForce{BodyId{1}, Wrench{{0, 8, 0}, {}}},
+                                      with_properties(record, [](BodyProperties& p) { p.mass = 4; }),
+                                      ApplyImpulse{BodyId{1}, {8, 0, 0}, {}}};
+  EXPECT_TRUE(carried_out(*partition, commands).empty());
+  const HomeBody& changed = body(*partition, 1);
+  EXPECT_THAT(state_of(*partition, 1).position, ElementsAre(1, 2, 3));
+  EXPECT_THAT(state_of(*partition, 1).linear_velocity, ElementsAre(2, 5, 0));
+  EXPECT_EQ(activity_of(*partition, 1), Activity::kAwake);
+  EXPECT_EQ(changed.properties.mass, 4);
+  EXPECT_THAT(changed.sector->world->total_wrench(changed.slot).force, ElementsAre(0, 8, 0));
+  EXPECT_TRUE(changed.dirty);
+  EXPECT_THAT(partition->active, ElementsAre(&sector(*partition, kHigh)));
+}
+
+TEST(Commands, ABodyThatBecomesKinematicAndBackKeepsItsVelocity) {
+  TestPartition partition;
+  const BodyRecord record = moving(box(1, kHigh, {1, 2, 3}), {0, 5, 0});
+  add_body(*partition, record);
+  const Command halt = with_properties(record, [](BodyProperties& p) { p.motion = Motion::kKinematic; });
+  const Command release = with_properties(record, [](BodyProperties&) {});
+  const auto push = [&] {
+    carried_out(*partition, std::vector<Command>{ApplyImpulse{BodyId{1}, {3, 0, 0}, {}}});
+    return state_of(*partition, 1).linear_velocity;
+  };
+  carried_out(*partition, std::vector<Command>{ApplyForce{BodyId{1}, Wrench{{0, 8, 0}, {}}}, halt});
+  EXPECT_THAT(sector(*partition, kHigh).kinematics, ElementsAre(&body(*partition, 1)));
+  EXPECT_THAT(push(), ElementsAre(0, 5, 0)) << "nothing pushes it";
+  carried_out(*partition, std::vector<Command>{release});
+  EXPECT_TRUE(sector(*partition, kHigh).kinematics.empty());
+  EXPECT_THAT(push(), ElementsAre(3, 5, 0));
+  const HomeBody& released = body(*partition, 1);
+  EXPECT_THAT(released.sector->world->total_wrench(released.slot).force, ElementsAre(0, 0, 0));
+  for (Sector* active : partition->active) active->active = true;
+  check_invariants(*partition);
+}
+
+TEST(Commands, WhoeverKnowsABodyKnowsItsNewProperties) {
+  TestWorld world(2);
+  const BodyRecord record = box(2, kHigh, kBehindBorder);
+  world.add(box(1, kLow, kBeforeBorder));
+  world.add(record);
+  world.add(hinge(1, 2, 1));
+  world.exchange();
+  EXPECT_FALSE(world[0].replicas.at(BodyId{2})->known_everywhere);
+  const std::vector<Command> commands{with_properties(record, [](BodyProperties& p) {
+    p.motion = Motion::kKinematic;
+    p.friction = 0.75;
+  })};
+  for (const Rank rank : {0u, 1u}) carried_out(world[rank], commands);
+  EXPECT_EQ(body(world[1], 2).properties.friction, 0.75);
+  const Replica& replica = *world[0].replicas.at(BodyId{2});
+  EXPECT_EQ(replica.properties.friction, 0.75);
+  EXPECT_EQ(replica.properties.motion, Motion::kKinematic);
+  for (const auto& clone : replica.clones) EXPECT_FALSE(clone->is_placed()) << "until its home tells of it";
+  for (const Rank rank : {0u, 1u})
+    EXPECT_EQ(world[rank].joints.find(JointId{1})->parent_motion, Motion::kKinematic);
+  EXPECT_EQ(world[0].joints.record(JointId{1})->parent_motion, Motion::kKinematic);
+  world.exchange();
+  EXPECT_TRUE(world[0].replicas.at(BodyId{2})->known_everywhere);
+}
+
+TEST(Commands, WhatTouchesABodyWakesWithItsProperties) {
+  for (const Motion motion : {Motion::kDynamic, Motion::kStatic}) {
+    TestWorld world;
+    const BodyRecord lower = box(1, kHigh, {0, 0, 0}, motion);
+    world.add(lower);
+    world.add(box(2, kHigh, {0, 0, 0.984375}));
+    world.exchange();
+    world.detect();
+    body(world[0], 2).sector->world->sleep(body(world[0], 2).slot);
+    carried_out(world[0],
+                std::vector<Command>{with_properties(lower, [](BodyProperties& p) { p.mask = 0; })});
+    EXPECT_EQ(activity_of(world[0], 2), Activity::kAwake);
+    world.exchange();
+    world.detect();
+    EXPECT_TRUE(sector(world[0], kHigh).world->contacts().empty()) << "it collides with nothing any more";
+  }
+}
+
+TEST(Commands, ARadialImpulseIsTheLessTheFartherABodyIs) {
+  TestPartition partition;
+  add_body(*partition, in_state(box(1, kHigh, {2, 0, 0}), Activity::kAsleep));
+  add_body(*partition, box(2, kHigh, {0, 3, 0}));
+  add_body(*partition, box(3, kHigh, {0, 0, 4}));
+  add_body(*partition, box(4, kHigh, {0, 0, 0}));
+  add_body(*partition, box(5, kHigh, {0, -1, 0}, Motion::kKinematic));
+  BodyRecord other = box(6, kHigh, {-1, 0, 0});
+  other.properties.category = 2;
+  add_body(*partition, other);
+  settle_down(*partition);
+  const auto velocity = [&](std::uint64_t id) { return state_of(*partition, id).linear_velocity; };
+  carried_out(*partition, std::vector<Command>{ApplyRadialImpulse{kHigh, {0, 0, 0}, 4, 8, 1}});
+  EXPECT_THAT(velocity(1), ElementsAre(4, 0, 0));
+  EXPECT_THAT(velocity(2), ElementsAre(0, 2, 0));
+  for (const std::uint64_t id : {3, 4, 5, 6})
+    EXPECT_THAT(velocity(id), ElementsAre(0, 0, 0)) << "body " << id;
+  EXPECT_EQ(activity_of(*partition, 1), Activity::kAwake);
+  EXPECT_TRUE(body(*partition, 1).dirty);
+  EXPECT_FALSE(body(*partition, 3).dirty);
+  carried_out(*partition, std::vector<Command>{ApplyRadialImpulse{kHigh, {0, 0, 0}, 4, -8, 3}});
+  EXPECT_THAT(velocity(1), ElementsAre(0, 0, 0));
+  EXPECT_THAT(velocity(6), ElementsAre(6, 0, 0)) << "it pulls";
+}
+
+TEST(Commands, ARadialImpulseReachesOverBordersAndFindsWhatWasTeleportedBeforeIt) {
+  TestPartition partition;
+  add_body(*partition, box(1, kLow, {7, 0, 0}));
+  add_body(*partition, box(2, kHigh, {5, 5, 5}));
+  add_body(*partition, box(3, kHigh, {-7, 2, 0}));
+  Teleport jump{BodyId{2}, kLow, {}};
+  jump.state.position = {7, 2, 0};
+  Teleport away{BodyId{3}, kHigh, {}};
+  away.state.position = {0, 7, 7};
+  const std::vector<Command> commands{jump, away, ApplyRadialImpulse{{-1, 1, 0}, {9, -16, 0}, 4, 8, 1}};
+  const std::vector<HomeChange> changes = carried_out(*partition, commands);
+  EXPECT_THAT(state_of(*partition, 1).linear_velocity, ElementsAre(-4, 0, 0));
+  ASSERT_EQ(changes.size(), 2u);
+  const double share = 8 * (1 - std::sqrt(8) / 4) / std::sqrt(2);
+  EXPECT_NEAR(changes[0].handover.record.state.linear_velocity[0], -share, 1e-6);
+  EXPECT_NEAR(changes[0].handover.record.state.linear_velocity[1], share, 1e-6);
+  EXPECT_THAT(changes[1].handover.record.state.linear_velocity, ElementsAre(0, 0, 0));
 }
 
 TEST(Commands, ALargerBodyMakesEveryoneLookAgain) {

@@ -60,36 +60,43 @@ void decide_home(const Partition& partition, HomeBody& body, Decided& decided) {
 
 }  // namespace
 
-Handover taken_out(Partition& partition, HomeBody& body) {
-  Handover handover;
+HomeChange taken_out(Partition& partition, HomeBody& body) {
+  HomeChange change{{}, body.sector->index, body.known_everywhere};
+  Handover& handover = change.handover;
   handover.replicated_in = body.replicated_in;
-  handover.known_everywhere = body.known_everywhere;
+  handover.known_everywhere = is_everywhere(body);
   handover.wrench = body.sector->world->total_wrench(body.slot);
   handover.surge = body.sector->world->surge(body.slot);
   handover.jointed = body.jointed;
   handover.kinematic_target = body.kinematic_target;
   handover.record = remove_home(partition, body);
-  return handover;
+  return change;
+}
+
+void forget_moves(Partition& partition, BodyId id) {
+  std::erase(partition.leaving, id);
+  std::erase(partition.moving_replicas, id);
 }
 
 void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vector<Exchange>& outbox) {
   std::sort(partition.leaving.begin(), partition.leaving.end());
   for (const BodyId id : partition.leaving) {
     HomeBody& body = *partition.bodies.at(id);
-    const SectorIndex old_home = body.sector->index;
     const SectorIndex new_home = *body.next_home;
-    Handover handover = taken_out(partition, body);
+    HomeChange change = taken_out(partition, body);
+    Handover& handover = change.handover;
     handover.record.home = new_home;
-    const Eigen::Vector3d shift = metres_between(new_home, old_home, partition.sector_size());
+    const Eigen::Vector3d shift = metres_between(new_home, change.old_home, partition.sector_size());
     Eigen::Map<Eigen::Vector3d>(handover.record.state.position.data()) += shift;
     if (handover.kinematic_target)
       Eigen::Map<Eigen::Vector3d>(handover.kinematic_target->position.data()) += shift;
-    jumps.push_back({handover, old_home});
+    jumps.push_back(std::move(change));
   }
-  for (auto& [handover, old_home] : jumps) {
+  const auto everyone_if = [&](bool all) { return all ? everyone(partition.map) : Ranks{}; };
+  for (auto& [handover, old_home, was_known_everywhere] : jumps) {
     BodyRecord& record = handover.record;
-    const Ranks all = handover.known_everywhere ? everyone(partition.map) : Ranks{};
-    const Ranks before = all | owners(partition.map, old_home, handover.replicated_in);
+    const Ranks before =
+        everyone_if(was_known_everywhere) | owners(partition.map, old_home, handover.replicated_in);
     const Eigen::AlignedBox3d swept =
         swept_ball(record.state, radius_of(partition, record.properties) + handover.surge, partition.dt());
     handover.replicated_in = partition.rules.sectors_to_tell(
@@ -99,7 +106,8 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
         outbox, record.properties,
         {record.id, record.home, goes_on_to(partition, record).value_or(record.home), handover.replicated_in,
          record.state, handover.known_everywhere, handover.jointed, handover.surge},
-        before, all | owners(partition.map, record.home, handover.replicated_in));
+        before,
+        everyone_if(handover.known_everywhere) | owners(partition.map, record.home, handover.replicated_in));
     const Rank rank = partition.map.owner(record.home);
     if (rank != partition.self) handover.joints = joints_of(partition, record.id);
     outbox[rank].handovers.push_back(std::move(handover));

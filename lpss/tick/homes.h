@@ -11,15 +11,19 @@
 
 namespace tessera {
 
-// A body on its way to a new home; `handover.replicated_in` are the sectors that were told of it, relative to
-// the old one.
+// A body on its way to a new home. `handover.replicated_in` are the sectors that were told of it, relative to
+// the old one; `handover.known_everywhere` is whether all servers are to know it from now on.
 struct HomeChange {
   Handover handover;
   SectorIndex old_home;
+  bool was_known_everywhere = false;
 };
 
 // Takes a body out of its home; all that the handover says is relative to that.
-Handover taken_out(Partition& partition, HomeBody& body);
+HomeChange taken_out(Partition& partition, HomeBody& body);
+
+// Of a body that goes away, or elsewhere: neither it nor its replica changes home as announced.
+void forget_moves(Partition& partition, BodyId id);
 
 // Carries out the changes that were announced in the last tick, and the `jumps` that commands asked for. The
 // old home announces the body once more, since no other server knows who has replicas of it.

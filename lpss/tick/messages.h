@@ -219,6 +219,27 @@ struct SetSurfaceMotion {
   std::array<double, 3> running{};
 };
 
+// From this tick on, the body has these properties: set_properties(). Of the same shape, centre frame and
+// assembly; static if it is, and dynamic if it is the child of a joint.
+struct SetProperties {
+  BodyId id;
+  BodyProperties properties;
+};
+
+// Every dynamic body whose centre of mass is nearer than `radius` (m) to `centre` (m, from the centre of
+// `sector`) and whose category meets `mask` gets an impulse at its centre of mass, away from `centre`: of
+// `impulse` (N s; negative: towards it) where it is near, and the less the farther it is, down to 0 at the
+// radius. Bodies that commands before this one teleport are where they land. A body in the very centre gets
+// none, nor does one that ended the last tick more than a sector outside of its home, as at most those do
+// that were stopped short on a way of several sectors a tick.
+struct ApplyRadialImpulse {
+  SectorIndex sector;
+  std::array<double, 3> centre{};
+  double radius = 0;
+  double impulse = 0;
+  std::uint32_t mask = 0xffffffff;
+};
+
 // A joint between bodies of any two sectors.
 struct AddJoint {
   JointRecord record;
@@ -232,8 +253,9 @@ struct SetDrives {
   JointDrives drives;
 };
 
-using Command = std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport,
-                             KinematicTarget, AddJoint, RemoveJoint, SetDrives, SetSurfaceMotion>;
+using Command =
+    std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport, KinematicTarget,
+                 AddJoint, RemoveJoint, SetDrives, SetSurfaceMotion, SetProperties, ApplyRadialImpulse>;
 
 using RoundMessage =
     std::variant<Agreement, Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Motions, Solution>;

@@ -1,0 +1,90 @@
+#include "lpss/tick/landings.h"
+
+#include <utility>
+
+#include "lpss/partition/bodies.h"
+#include "lpss/partition/joints.h"
+#include "lpss/partition/replicas.h"
+#include "lpss/partition/sectors.h"
+#include "lpss/partition/statics.h"
+
+namespace tessera {
+namespace {
+
+// Puts a body where a teleport says, and leaves the rest of it as it is.
+void carry_out(const Teleport& jump, double sector_size, BodyRecord& record) {
+  const BodyState now = record.state;
+  record.home = jump.home;
+  record.state = jump.state;
+  if (jump.keeps_linear_velocity) record.state.linear_velocity = now.linear_velocity;
+  if (jump.keeps_angular_velocity) record.state.angular_velocity = now.angular_velocity;
+  if (!jump.keeps_rotation) return;
+  keep_rotation(record.properties, now, record.state);
+  const auto place = canonical(jump.home, Eigen::Vector3d(record.state.position.data()), sector_size);
+  if (!place.ok()) return;  // beyond the last sector: its centre stays outside of that one
+  record.home = place->sector;
+  Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = place->local;
+}
+
+void move_static(Partition& partition, const Teleport& jump) {
+  BodyRecord moved = *partition.statics.find(jump.id);
+  carry_out(jump, partition.sector_size(), moved);
+  remove_static_body(partition, jump.id);
+  add_static_body(partition, moved);
+  for (const JointId joint : partition.joints.of(jump.id))
+    wake_jointed(partition, *partition.joints.find(joint));
+}
+
+}  // namespace
+
+void keep_rotation(const BodyProperties& properties, const BodyState& now, BodyState& next) {
+  next.rotation = now.rotation;
+  const Pose centre = centre_frame(properties);
+  const Eigen::Quaterniond body_frame = quaternion_of(now) * centre.orientation.conjugate();
+  Eigen::Map<Eigen::Vector3d>(next.position.data()) += body_frame * centre.position;
+}
+
+void Landings::add(Partition& partition, const Teleport& jump) {
+  if (partition.statics.find(jump.id)) return move_static(partition, jump);
+  jumps_.insert_or_assign(jump.id, jump);
+  const auto found = partition.bodies.find(jump.id);
+  if (found == partition.bodies.end()) return;
+  HomeBody& body = *found->second;
+  body.kinematic_target.reset();
+  BodyState state = body.sector->world->state(body.slot);
+  if (!jump.keeps_rotation) state.rotation = jump.state.rotation;
+  if (!jump.keeps_linear_velocity) state.linear_velocity = jump.state.linear_velocity;
+  if (!jump.keeps_angular_velocity) state.angular_velocity = jump.state.angular_velocity;
+  body.sector->world->set_state(body.slot, state);
+}
+
+BodyRecord Landings::record(const Partition& partition, const HomeBody& body) const {
+  BodyRecord record = record_of(body);
+  const auto found = jumps_.find(body.id);
+  if (found == jumps_.end()) return record;
+  Teleport jump = found->second;
+  jump.keeps_linear_velocity = jump.keeps_angular_velocity = true;
+  carry_out(jump, partition.sector_size(), record);
+  return record;
+}
+
+std::vector<HomeChange> Landings::carry_out_all(Partition& partition) const {
+  std::vector<HomeChange> changes;
+  for (const auto& [id, jump] : jumps_) {
+    lift_clones(partition, id);
+    forget_moves(partition, id);
+    const auto found = partition.bodies.find(id);
+    if (found == partition.bodies.end()) continue;
+    HomeBody& body = *found->second;
+    wake_touching(partition, *body.sector, body.slot);
+    const BodyRecord landed = record(partition, body);
+    // The state as the engine rounds it: clones have to be where the body will be, to the bit.
+    body.sector->world->set_state(body.slot, landed.state);
+    HomeChange change = taken_out(partition, body);
+    change.handover.record.home = landed.home;
+    changes.push_back(std::move(change));
+  }
+  return changes;
+}
+
+}  // namespace tessera
