@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "coordinator/coordinator.h"
-#include "coordinator/queries.h"
+#include "coordinator/questions.h"
 #include "coordinator/roster.h"
 #include "coordinator/sequencer.h"
 #include "coordinator/tick_statistics.h"
@@ -32,7 +32,7 @@ struct ActiveWorld {
   std::size_t sectors = 0;  // at the load
   WorldRegistry registry;
   Sequencer sequencer;
-  Queries queries;
+  Questions questions;
   TickStatistics statistics;
   RealTimeMeter meter;
   Roster servers;

@@ -125,18 +125,18 @@ void Balancing::plan(const std::vector<ServerLoad>& loads) {
 
 // Of all servers, unless they are being asked.
 void Balancing::ask() {
-  if (awaits_ || !world_.queries.room().ok()) return;
+  if (awaits_ || !world_.questions.room().ok()) return;
   awaits_ = true;
   // The world calls this, so it exists, and this with it.
   world_.sequencer.ask(
-      load_query([this](const absl::Status& status, Tick, std::vector<v1::ServerLoad> loads) {
+      load_question([this](const absl::Status& status, Tick, std::vector<v1::ServerLoad> loads) {
         awaits_ = false;
         if (status.ok()) fresh_ = std::move(loads);
       }));
 }
 
-v1::Query Balancing::load_query(Queries::LoadReply reply) {
-  return world_.queries.load(std::chrono::duration<double>(context_.options.balance_ahead).count(),
+v1::Question Balancing::load_question(Questions::LoadReply reply) {
+  return world_.questions.load(std::chrono::duration<double>(context_.options.balance_ahead).count(),
                              std::move(reply));
 }
 
@@ -191,11 +191,11 @@ void Balancing::answer(ClientCall<v1::BalanceRequest, v1::BalanceReply>& call) {
     }
     policy = *asked;
   }
-  if (absl::Status status = world_.queries.room(); !status.ok()) return call.reply(status, {});
-  if (absl::Status status = world_.sequencer.room_for_query(); !status.ok()) return call.reply(status, {});
+  if (absl::Status status = world_.questions.room(); !status.ok()) return call.reply(status, {});
+  if (absl::Status status = world_.sequencer.room_for_question(); !status.ok()) return call.reply(status, {});
   // The world calls this, so it exists, and this with it.
   world_.sequencer.ask(
-      load_query([this, policy, dry_run = call.request.dry_run(), reply = std::move(call.reply)](
+      load_question([this, policy, dry_run = call.request.dry_run(), reply = std::move(call.reply)](
                      const absl::Status& status, Tick tick, std::vector<v1::ServerLoad> messages) {
         if (!status.ok()) return reply(status, {});
         const absl::StatusOr<std::vector<ServerLoad>> loads = checked(messages);

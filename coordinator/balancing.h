@@ -48,7 +48,7 @@ class Balancing {
   bool may_balance() const;
   bool may_share_out() const;
   void ask();
-  v1::Query load_query(Queries::LoadReply reply);
+  v1::Question load_question(Questions::LoadReply reply);
   absl::StatusOr<std::vector<ServerLoad>> checked(const std::vector<v1::ServerLoad>& messages) const;
   void plan(const std::vector<ServerLoad>& loads);
   void set_map(const BalancePlan& plan);

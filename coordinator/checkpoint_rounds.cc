@@ -29,7 +29,7 @@ bool CheckpointRounds::may_ask() const {
 }
 
 void CheckpointRounds::ask() {
-  if (!world_.queries.room().ok()) return;
+  if (!world_.questions.room().ok()) return;
   awaits_ = true;
   const std::uint64_t left = world_.servers.left();
   Fresh next;
@@ -44,7 +44,7 @@ void CheckpointRounds::ask() {
   query.set_keeps(true);
   query.set_anew(next.are_all);
   // The world calls this, so it exists, and this with it.
-  world_.sequencer.ask_first(world_.queries.snapshot(
+  world_.sequencer.ask_first(world_.questions.snapshot(
       query, [this, left, next = std::move(next)](const absl::Status& status,
                                                   std::vector<v1::SnapshotChunk> chunks) mutable {
         awaits_ = false;

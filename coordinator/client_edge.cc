@@ -54,7 +54,7 @@ absl::StatusOr<std::unique_ptr<ClientEdge>> ClientEdge::open(const std::string& 
     return absl::InvalidArgumentError(
         absl::StrCat("'", listen, "' is not a valid address: use host:port with a port of 0 to 65535"));
   }
-  std::unique_ptr<ClientEdge> edge(new ClientEdge(queue));
+  std::unique_ptr<ClientEdge> edge(new ClientEdge(queue, keys ? std::optional(keys->tokens) : std::nullopt));
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "coordinator/request_queue.h"
 #include "coordinator/service.h"
@@ -34,7 +35,7 @@ class ClientEdge {
   void close();
 
  private:
-  explicit ClientEdge(RequestQueue& queue) : service_(queue) {}
+  ClientEdge(RequestQueue& queue, std::optional<Tokens> tokens) : service_(queue, std::move(tokens)) {}
 
   TesseraService service_;
   std::unique_ptr<grpc::Server> server_;

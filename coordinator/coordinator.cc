@@ -61,6 +61,7 @@ class Coordinator::Impl {
   void on(Call<v1::BalanceRequest, v1::BalanceReply>& call, Nanoseconds now);
   void on(Call<v1::DrainRequest, v1::DrainReply>& call, Nanoseconds now);
   void on(Call<v1::ShutdownRequest, v1::ShutdownReply>& call, Nanoseconds now);
+  void on(Call<v1::Request, v1::Reply>& call, Nanoseconds now);
   template <AboutLoadedWorld AnyCall>
   void on(AnyCall& call, Nanoseconds now);
 
@@ -113,16 +114,28 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
   std::visit(
       [&]<typename Request, typename Answer>(Call<Request, Answer>& call) {
         if (finished_) return call.reply(absl::UnavailableError("the coordinator is shutting down"), {});
-        // The answers to other calls than commands stay true if these are made again.
-        if constexpr (CommandAnswer<Answer>) {
-          if (!sessions_.admit(call)) return;
+        if constexpr (RestsOnStore<Answer> && !std::same_as<Answer, v1::Reply>) {
+          journal_.answer_once_stored(call);
         }
-        journal_.answer_once_stored(call);  // what is remembered of it is what was answered in the end
         if (options_.inputs) record_on_reply(call, options_.inputs);
         on(call, now);
       },
       request);
   flush(now);
+}
+
+// Queries alone change nothing: they may be made again.
+void Coordinator::Impl::on(Call<v1::Request, v1::Reply>& call, Nanoseconds now) {
+  std::optional<v1::Applied> carried_out;
+  if (!call.request.commands().empty() || call.request.ticks() > 0) {
+    Sessions::Admission admission = sessions_.admit(call);
+    if (admission.is_taken) return;
+    carried_out = std::move(admission.carried_out);
+    journal_.answer_once_stored(call);  // what is remembered of it is what was answered in the end
+  }
+  const absl::StatusOr<HostedWorld*> live = slot_.live();
+  if (!live.ok()) return call.reply(live.status(), {});
+  WorldCalls(context_, (*live)->world(), now).on(call, std::move(carried_out));
 }
 
 template <AboutLoadedWorld AnyCall>
@@ -326,7 +339,6 @@ void Coordinator::Impl::retire() {
   if (!journal_.stores() || !slot_.hosted()) return shut_down("the coordinator was asked to end");
   log_("leaving the world to the next coordinator");
   const absl::Status status = absl::UnavailableError("the coordinator is being replaced");
-  slot_.hosted()->world().sequencer.tell_ticks();  // for they are stored, or will be, and take effect
   journal_.flush_at_once(running());
   if (journal_.waits()) journal_.drop_unstored(status);
   leave_world(status);

@@ -34,11 +34,11 @@
 
 namespace tessera {
 
-// Which call of a client it is: one that is made again, since its answer was lost, has the same id. Session
+// Which request of a client it is: one that is made again, since its reply was lost, has the same id. Session
 // 0: none.
-struct CallId {
+struct RequestId {
   std::uint64_t session = 0;  // drawn by the client
-  std::uint64_t number = 0;   // counts its calls
+  std::uint64_t number = 0;   // counts its requests
 };
 
 // A client's request, in protobuf's types, and the receiver of its answer. `Reply` is called once, from
@@ -47,7 +47,7 @@ template <typename Request, typename Answer>
 struct ClientCall {
   Request request;
   std::function<void(absl::Status, const Answer&)> reply;
-  CallId id = {};
+  RequestId id = {};
 };
 
 // What streams of chunks bring in and take out.
@@ -60,20 +60,8 @@ using SnapshotChunks = std::vector<v1::SnapshotChunk>;
 using ClientRequest = std::variant<
     ClientCall<v1::SnapshotRequest, SnapshotChunks>, ClientCall<RestoreChunks, v1::LoadReply>,
     ClientCall<v1::LoadRequest, v1::LoadReply>, ClientCall<v1::UnloadRequest, v1::UnloadReply>,
-    ClientCall<v1::SpawnRequest, v1::SpawnReply>, ClientCall<v1::RemoveRequest, v1::CommandReply>,
-    ClientCall<v1::SetVelocityRequest, v1::CommandReply>,
-    ClientCall<v1::ApplyImpulseRequest, v1::CommandReply>,
-    ClientCall<v1::ApplyForceRequest, v1::CommandReply>, ClientCall<v1::TeleportRequest, v1::CommandReply>,
-    ClientCall<v1::KinematicTargetRequest, v1::CommandReply>,
-    ClientCall<v1::SurfaceMotionRequest, v1::CommandReply>,
-    ClientCall<v1::AddJointRequest, v1::AddJointReply>, ClientCall<v1::RemoveJointRequest, v1::CommandReply>,
-    ClientCall<v1::SetJointDrivesRequest, v1::CommandReply>,
-    ClientCall<v1::ListJointsRequest, v1::ListJointsReply>, ClientCall<v1::PauseRequest, v1::PauseReply>,
-    ClientCall<v1::ResumeRequest, v1::ResumeReply>, ClientCall<v1::StepRequest, v1::StepReply>,
-    ClientCall<v1::StatusRequest, v1::StatusReply>, ClientCall<v1::HashRequest, v1::HashReply>,
-    ClientCall<v1::RaycastRequest, v1::RaycastReply>, ClientCall<v1::NearRequest, v1::NearReply>,
-    ClientCall<v1::FindBodiesRequest, v1::FindBodiesReply>,
-    ClientCall<v1::ListFramesRequest, v1::ListFramesReply>, ClientCall<v1::DrainRequest, v1::DrainReply>,
+    ClientCall<v1::Request, v1::Reply>, ClientCall<v1::PauseRequest, v1::PauseReply>,
+    ClientCall<v1::ResumeRequest, v1::ResumeReply>, ClientCall<v1::StatusRequest, v1::StatusReply>, ClientCall<v1::DrainRequest, v1::DrainReply>,
     ClientCall<v1::BalanceRequest, v1::BalanceReply>, ClientCall<v1::ShutdownRequest, v1::ShutdownReply>>;
 
 struct OutgoingMessage {

@@ -6,21 +6,28 @@
 
 namespace tessera {
 
-FrameRegistry::FrameRegistry(std::vector<FrameDescription> frames, std::span<const BodyRecord> records) {
-  for (FrameDescription& frame : frames) {
+FrameRegistry::FrameRegistry(std::span<const FrameDescription> frames, std::span<const BodyRecord> records) {
+  for (const FrameDescription& frame : frames) {
     invariant(frame.body < records.size(), "every frame of a world has a body");
-    const BodyId body = records[frame.body].id;
-    by_body_.emplace(body, frame.name);
-    const bool is_new = frames_.try_emplace(std::move(frame.name), Entry{body, frame.pose}).second;
-    invariant(is_new, "names of frames are unique");
+    insert(frame.name, {records[frame.body].id, frame.pose});
   }
 }
 
 FrameRegistry::FrameRegistry(const WorldCatalogue& catalogue) {
-  for (const WorldCatalogue::Frame& frame : catalogue.frames) {
-    by_body_.emplace(frame.body, frame.name);
-    frames_.try_emplace(frame.name, Entry{frame.body, frame.pose});
-  }
+  for (const WorldCatalogue::Frame& frame : catalogue.frames) insert(frame.name, {frame.body, frame.pose});
+}
+
+void FrameRegistry::insert(const std::string& name, const Entry& entry) {
+  by_body_.emplace(entry.body, name);
+  invariant(frames_.try_emplace(name, entry).second, "names of frames are unique");
+}
+
+void FrameRegistry::add(const std::string& name, const Entry& entry, Undo& undo) {
+  insert(name, entry);
+  undo.add([this, name, body = entry.body] {
+    frames_.erase(name);
+    by_body_.erase({body, name});
+  });
 }
 
 void FrameRegistry::describe(WorldCatalogue& catalogue) const {
@@ -42,10 +49,12 @@ std::vector<std::pair<std::string_view, const FrameRegistry::Entry*>> FrameRegis
   return found;
 }
 
-void FrameRegistry::remove_of(BodyId body) {
+void FrameRegistry::remove_of(BodyId body, Undo& undo) {
   auto frame = by_body_.lower_bound({body, std::string()});
   while (frame != by_body_.end() && frame->first == body) {
-    frames_.erase(frame->second);
+    const auto found = frames_.find(frame->second);
+    undo.add([this, name = found->first, entry = found->second] { insert(name, entry); });
+    frames_.erase(found);
     frame = by_body_.erase(frame);
   }
 }

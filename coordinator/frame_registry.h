@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "coordinator/undo.h"
 #include "lpss/model/world_description.h"
 #include "lpss/snapshot/world_catalogue.h"
 
@@ -24,7 +25,7 @@ class FrameRegistry {
   };
 
   // Of a valid world, with the records of its bodies.
-  FrameRegistry(std::vector<FrameDescription> frames, std::span<const BodyRecord> records);
+  FrameRegistry(std::span<const FrameDescription> frames, std::span<const BodyRecord> records);
 
   // Of a valid catalogue, and back.
   explicit FrameRegistry(const WorldCatalogue& catalogue);
@@ -37,9 +38,13 @@ class FrameRegistry {
   std::vector<std::pair<std::string_view, const Entry*>> with_prefix(std::string_view prefix,
                                                                      std::size_t limit) const;
 
-  void remove_of(BodyId body);
+  // A name that is not in use.
+  void add(const std::string& name, const Entry& entry, Undo& undo);
+  void remove_of(BodyId body, Undo& undo);
 
  private:
+  void insert(const std::string& name, const Entry& entry);
+
   absl::btree_map<std::string, Entry, std::less<>> frames_;
   absl::btree_set<std::pair<BodyId, std::string>> by_body_;
 };

@@ -120,7 +120,7 @@ void HostedWorld::name_slow_server() {
 
 void HostedWorld::on_answer(NodeId from, v1::Answer answer) {
   if (answer.world() != world_.number) return;
-  if (absl::Status status = world_.queries.answer(from, std::move(answer)); !status.ok()) {
+  if (absl::Status status = world_.questions.answer(from, std::move(answer)); !status.ok()) {
     context_.log(
         absl::StrCat("an answer of server ", absl::Hex(from.value), " is ignored: ", status.message()),
         Severity::kWarning);
@@ -176,7 +176,8 @@ absl::Status HostedWorld::set_back() {
   world_.statistics.restart(nodes);
   const absl::Status sorry =
       absl::UnavailableError("the world was set back, for its servers have changed: ask again");
-  for (v1::Query& query : world_.queries.restart(sorry)) world_.sequencer.ask(std::move(query));
+  for (v1::Question& question : world_.questions.restart(sorry))
+    world_.sequencer.ask(std::move(question));
   if (nodes.empty()) {
     context_.log(absl::StrCat("the world '", world_.name, "' waits for a server of ",
                               context_.choice.described(world_.settings.precision)),
@@ -225,7 +226,8 @@ void HostedWorld::go_on(Nanoseconds now) {
 }
 
 void HostedWorld::send_grant(v1::Grant grant) {
-  for (const v1::Query& query : grant.queries()) world_.queries.asked(query.id(), world_.servers.nodes());
+  for (const v1::Question& question : grant.questions())
+    world_.questions.asked(question.id(), world_.servers.nodes());
   v1::ClusterMessage message;
   *message.mutable_grant() = std::move(grant);
   for (const NodeId node : world_.servers.listeners()) context_.journal.send(node) = message;
@@ -247,7 +249,7 @@ std::optional<Nanoseconds> HostedWorld::next_deadline() const {
 void HostedWorld::abandon(const absl::Status& status) {
   if (const auto call = std::exchange(world_.being_loaded, std::nullopt)) call->reply(status, {});
   world_.sequencer.abandon(status);
-  world_.queries.abandon(status);
+  world_.questions.abandon(status);
 }
 
 void HostedWorld::describe(v1::StatusReply& reply, Nanoseconds now) const {

@@ -3,6 +3,8 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/limits.h"
@@ -27,14 +29,44 @@ void JointRegistry::describe(WorldCatalogue& catalogue) const {
 
 void JointRegistry::insert(std::string name, const JointRecord& record) {
   const auto [entry, is_new] = joints_.emplace(record.id, Entry{std::move(name), record});
-  invariant(is_new && names_.emplace(entry->second.name, record.id).second,
-            "ids and names of joints are unique");
+  invariant(is_new, "ids of joints are unique");
+  link(entry->second);
+  next_id_ = JointId{record.id.value + 1};
+}
+
+void JointRegistry::link(const Entry& entry) {
+  const JointRecord& record = entry.record;
+  invariant(names_.emplace(entry.name, record.id).second, "names of joints are unique");
   by_body_.emplace(record.properties.parent, record.id);
   by_body_.emplace(record.properties.child, record.id);
   for (const JointAxis& axis : axes_of(record.properties)) {
     if (axis.mimic.is_set()) followers_.insert({axis.mimic.leader, record.id});
   }
-  next_id_ = JointId{record.id.value + 1};
+}
+
+// What it follows stays in followers_: it is skipped there.
+void JointRegistry::unlink(const Entry& entry) {
+  const JointProperties& properties = entry.record.properties;
+  by_body_.erase({properties.parent, entry.record.id});
+  by_body_.erase({properties.child, entry.record.id});
+  names_.erase(entry.name);
+}
+
+void JointRegistry::add(std::string name, const JointRecord& record, Undo& undo) {
+  const JointId before = next_id_;
+  insert(std::move(name), record);
+  undo.add([this, id = record.id, before] {
+    const auto found = joints_.find(id);
+    unlink(found->second);
+    joints_.erase(found);
+    next_id_ = before;
+  });
+}
+
+absl::Status JointRegistry::room(std::size_t joints) const {
+  if (joints_.size() + joints <= kJointsMax) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("the world has ", joints_.size(), " joints, and with ",
+                                                   joints, " more it would have more than ", kJointsMax));
 }
 
 absl::StatusOr<JointId> JointRegistry::resolve(const v1::JointRef& reference) const {
@@ -63,6 +95,15 @@ const JointRegistry::Entry* JointRegistry::holding(BodyId body) const {
   return joint != by_body_.end() && joint->first == body ? find(joint->second) : nullptr;
 }
 
+const JointRegistry::Entry* JointRegistry::with_child(BodyId body) const {
+  for (auto joint = by_body_.lower_bound({body, JointId{}}); joint != by_body_.end() && joint->first == body;
+       ++joint) {
+    const Entry* entry = find(joint->second);
+    if (entry->record.properties.child == body) return entry;
+  }
+  return nullptr;
+}
+
 std::vector<JointId> JointRegistry::with_prefix(std::string_view prefix, std::size_t limit) const {
   std::vector<JointId> ids;
   if (prefix.empty()) {
@@ -80,19 +121,17 @@ std::vector<JointId> JointRegistry::with_prefix(std::string_view prefix, std::si
   return ids;
 }
 
-std::string JointRegistry::free_name() const {
-  const std::string name = absl::StrCat("joint_", next_id_.value);
+std::string JointRegistry::free_name(JointId id) const {
+  const std::string name = absl::StrCat("joint_", id.value);
   std::string unique = name;
   for (int n = 2; names_.contains(unique); ++n) unique = absl::StrCat(name, "_", n);
   return unique;
 }
 
 absl::StatusOr<JointRecord> JointRegistry::add(JointDescription joint, const BodyProperties* parent,
-                                               const BodyProperties& child, const WorldSettings& settings) {
-  if (joints_.size() >= kJointsMax) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the world has ", joints_.size(), " joints, and may have ", kJointsMax));
-  }
+                                               const BodyProperties& child, const WorldSettings& settings,
+                                               Undo& undo) {
+  if (absl::Status status = room(1); !status.ok()) return status;
   if (names_.contains(joint.name)) {
     return absl::AlreadyExistsError(absl::StrCat("joint '", joint.name, "': the name is in use"));
   }
@@ -103,7 +142,7 @@ absl::StatusOr<JointRecord> JointRegistry::add(JointDescription joint, const Bod
   if (!properties.ok()) return properties.status();
   const Motion parent_motion = parent == nullptr ? Motion::kStatic : parent->motion;
   const JointRecord record{next_id_, *std::move(properties), parent_motion, joint.drives};
-  insert(std::move(joint.name), record);
+  add(std::move(joint.name), record, undo);
   return record;
 }
 
@@ -121,34 +160,52 @@ absl::Status JointRegistry::leaders_check(const JointDescription& joint) const {
   return absl::OkStatus();
 }
 
-void JointRegistry::remove(JointId id) {
+void JointRegistry::remove(JointId id, Undo& undo) {
   const auto found = joints_.find(id);
   if (found == joints_.end()) return;
   for (auto follower = followers_.lower_bound({id, JointId{}});
        follower != followers_.end() && follower->first == id; follower = followers_.erase(follower)) {
     const auto joint = joints_.find(follower->second);
     if (joint == joints_.end()) continue;
-    for (JointAxis& axis : joint->second.record.properties.axes) {
+    std::array<JointAxis, 2>& axes = joint->second.record.properties.axes;
+    undo.add([this, id, follower = follower->second, before = axes] {
+      joints_.at(follower).record.properties.axes = before;
+      followers_.insert({id, follower});
+    });
+    for (JointAxis& axis : axes) {
       if (axis.mimic.leader == id) axis.mimic = {};
     }
   }
-  const JointProperties& properties = found->second.record.properties;
-  by_body_.erase({properties.parent, id});
-  by_body_.erase({properties.child, id});
-  names_.erase(found->second.name);
-  joints_.erase(found);
+  unlink(found->second);
+  undo.add([this, node = joints_.extract(found)]() mutable {
+    link(joints_.insert(std::move(node)).position->second);
+  });
 }
 
-void JointRegistry::remove_of(BodyId body) {
+void JointRegistry::remove_of(BodyId body, Undo& undo) {
   for (auto first = by_body_.lower_bound({body, JointId{}}); first != by_body_.end() && first->first == body;
        first = by_body_.lower_bound({body, JointId{}})) {
-    remove(first->second);
+    remove(first->second, undo);
   }
 }
 
-void JointRegistry::set_drives(JointId id, const JointDrives& drives) {
+void JointRegistry::set_drives(JointId id, const JointDrives& drives, Undo& undo) {
   const auto found = joints_.find(id);
-  if (found != joints_.end()) found->second.record.drives = drives;
+  if (found == joints_.end()) return;
+  undo.add([this, id, before = std::exchange(found->second.record.drives, drives)] {
+    joints_.at(id).record.drives = before;
+  });
+}
+
+void JointRegistry::set_parent_motion(BodyId parent, Motion motion, Undo& undo) {
+  for (auto joint = by_body_.lower_bound({parent, JointId{}});
+       joint != by_body_.end() && joint->first == parent; ++joint) {
+    JointRecord& record = joints_.at(joint->second).record;
+    if (record.properties.parent != parent) continue;
+    undo.add([this, id = record.id, before = std::exchange(record.parent_motion, motion)] {
+      joints_.at(id).record.parent_motion = before;
+    });
+  }
 }
 
 }  // namespace tessera

@@ -13,10 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "coordinator/undo.h"
 #include "lpss/model/joint.h"
 #include "lpss/model/world_description.h"
 #include "lpss/snapshot/world_catalogue.h"
-#include "tessera.pb.h"
+#include "command.pb.h"
 
 namespace tessera {
 
@@ -44,28 +45,43 @@ class JointRegistry {
   // A joint that ties the body to another one or to the world, the first by ids; null if there is none.
   const Entry* holding(BodyId body) const;
 
+  // One whose child it is; null if there is none.
+  const Entry* with_child(BodyId body) const;
+
   // At most `limit` joints whose names begin with `prefix`, ascending by id.
   std::vector<JointId> with_prefix(std::string_view prefix, std::size_t limit) const;
 
-  // A name that is not in use.
-  std::string free_name() const;
+  // A name that is not in use, for a joint of that id.
+  std::string free_name(JointId id) const;
 
   // Adds a new joint under the next id; ids are never reused. `joint.properties` refers to bodies by their
   // ids; these are the properties of those bodies; `parent` is null for the world. Errors as
   // WorldRegistry::add_joint().
   absl::StatusOr<JointRecord> add(JointDescription joint, const BodyProperties* parent,
-                                  const BodyProperties& child, const WorldSettings& settings);
+                                  const BodyProperties& child, const WorldSettings& settings, Undo& undo);
+
+  // RESOURCE_EXHAUSTED for so many more joints.
+  absl::Status room(std::size_t joints) const;
+  bool has_name(std::string_view name) const { return names_.contains(name); }
+  // A valid joint, with the next id and a name that is not in use.
+  void add(std::string name, const JointRecord& record, Undo& undo);
 
   // Axes that followed it follow nothing from then on.
-  void remove(JointId id);
-  void remove_of(BodyId body);
-  void set_drives(JointId id, const JointDrives& drives);
+  void remove(JointId id, Undo& undo);
+  void remove_of(BodyId body, Undo& undo);
+  void set_drives(JointId id, const JointDrives& drives, Undo& undo);
+  // The motion of a body that is a parent has changed.
+  void set_parent_motion(BodyId parent, Motion motion, Undo& undo);
 
  private:
+  using Joints = std::map<JointId, Entry>;
+
   void insert(std::string name, const JointRecord& record);
+  void link(const Entry& entry);
+  void unlink(const Entry& entry);
   absl::Status leaders_check(const JointDescription& joint) const;
 
-  std::map<JointId, Entry> joints_;  // node addresses are stable: names_ refers to them
+  Joints joints_;  // node addresses are stable: names_ refers to them
   absl::btree_map<std::string_view, JointId> names_;
   absl::btree_set<std::pair<BodyId, JointId>> by_body_;
   // Leaders with those that follow them, or did before they were removed.

@@ -12,9 +12,17 @@
 
 namespace tessera {
 
+void Journal::add(v1::RecordedCommands commands, RequestId request) {
+  if (!stores()) return;
+  v1::StoredInput& input = unstored_.emplace_back();
+  input.set_session(request.session);
+  input.set_number(request.number);
+  *input.mutable_commands() = std::move(commands);
+}
+
 void Journal::flush(const Sequencer* running, Nanoseconds now) {
   const bool has_commands = std::any_of(unstored_.begin(), unstored_.end(),
-                                        [](const v1::StoredInput& input) { return input.has_command(); });
+                                        [](const v1::StoredInput& input) { return input.has_commands(); });
   std::uint64_t rests_on = 0;  // the number of an input
   if (stores()) {
     if (std::optional<v1::StoredPace> pace = running ? pace_.next(*running, now) : std::nullopt) {

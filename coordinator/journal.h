@@ -26,8 +26,8 @@ namespace tessera {
 
 // Answers that are not given before what they rest on is on disk.
 template <typename Answer>
-concept RestsOnStore = CommandAnswer<Answer> || std::same_as<Answer, v1::PauseReply> ||
-    std::same_as<Answer, v1::ResumeReply> || std::same_as<Answer, v1::StepReply>;
+concept RestsOnStore = std::same_as<Answer, v1::Reply> || std::same_as<Answer, v1::PauseReply> ||
+    std::same_as<Answer, v1::ResumeReply>;
 
 // Inputs are on disk before anybody is told of them, so that the coordinator that takes the place of this one
 // goes on from the last state and the inputs since. Without a store, all passes at once.
@@ -45,9 +45,8 @@ class Journal {
   template <typename Request, typename Answer>
   void answer_once_stored(ClientCall<Request, Answer>& call);
 
-  // A command that takes effect at this tick; `id` is that of the object which it creates, or 0.
-  template <typename Request>
-  void add(const Request& command, Tick tick, std::uint64_t id, CallId call);
+  // Commands of a client's request, and none where it only runs ticks.
+  void add(v1::RecordedCommands commands, RequestId request);
 
   // Writes what has come, with the pace of the world that runs, if one does, and answers what rested on it.
   // Where it cannot be written, that is tried again now and then.
@@ -132,18 +131,6 @@ void Journal::answer_once_stored(ClientCall<Request, Answer>& call) {
       });
     };
   }
-}
-
-template <typename Request>
-void Journal::add(const Request& command, Tick tick, std::uint64_t id, CallId call) {
-  if (!stores()) return;
-  v1::StoredInput& input = unstored_.emplace_back();
-  input.set_session(call.session);
-  input.set_call(call.number);
-  v1::RecordedCommand& recorded = *input.mutable_command();
-  recorded.set_tick(tick);
-  recorded.set_id(id);
-  put(command, recorded);
 }
 
 }  // namespace tessera

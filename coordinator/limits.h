@@ -13,18 +13,27 @@ inline constexpr std::size_t kHeldCommandsMax = 262'144;
 inline constexpr std::size_t kPastCommandsMax = 1'048'576;  // since the last checkpoint
 inline constexpr std::size_t kHeldShapeBytesMax = std::size_t{1} << 30;
 inline constexpr std::size_t kShapeBytesMax = std::size_t{4} << 30;  // of all shapes of a world; by default
-inline constexpr std::size_t kOpenQueriesMax = 4096;
+inline constexpr std::size_t kOpenQuestionsMax = 4096;
 inline constexpr std::size_t kWaitingCallsMax = 4096;
 inline constexpr std::size_t kQueuedRequestsMax = 4096;  // from gRPC's threads to the state machine
 inline constexpr std::size_t kQueuedRequestBytesMax = std::size_t{2} << 30;  // of them all; by default
-// Clients whose answers are remembered, and how many answers of each, so that a call that is made again runs
-// once.
+// Clients whose replies are remembered, and how many replies of each that it has not taken, so that a request
+// that is made again is carried out once. Larger replies are remembered without results.
 inline constexpr std::size_t kSessionsMax = 1024;
-inline constexpr std::size_t kAnswersPerSessionMax = 128;
+inline constexpr std::size_t kUnansweredMax = 4096;
 inline constexpr std::size_t kCallsAgainMax = 8;
+inline constexpr std::size_t kKeptReplyBytesMax = 64 << 10;
+// Requests of a stream that are not replied to: no more are read from it until some are.
+inline constexpr std::size_t kStreamRequestsMax = 256;
 inline constexpr int kSnapshotCallsMax = 2;  // at a time: the coordinator holds all of a world for each
 inline constexpr std::size_t kReplyShapeBytesMax = std::size_t{256}
                                                    << 20;  // of find, with shapes; then it is cut off
+
+// Elements of a request.
+inline constexpr int kCommandsPerListMax = 100'000;
+inline constexpr int kQueriesPerListMax = 100'000;
+// The assemblies of models that are spawned are numbered from here on: apart from those of any file.
+inline constexpr std::uint64_t kSpawnedAssemblies = std::uint64_t{1} << 62;
 
 inline constexpr std::uint64_t kStepTicksMax = 1'000'000'000;
 inline constexpr double kRealTimeFactorMin = 1e-3;

@@ -43,14 +43,16 @@ Sequencer::Sequencer(const Options& options)
   options_.grant_window = std::max<std::uint32_t>(options.grant_window, 1);
 }
 
-absl::Status Sequencer::room_for_command(std::size_t shape_bytes) const {
-  if (held_commands_ >= kHeldCommandsMax) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(held_commands_, " commands wait for a tick already, which is the maximum"));
+absl::Status Sequencer::room_for_commands(std::size_t commands, std::size_t shape_bytes) const {
+  if (held_commands_ + commands > kHeldCommandsMax) {
+    return absl::ResourceExhaustedError(absl::StrCat(held_commands_, " commands wait for a tick, and with ",
+                                                     commands, " more they would be more than ",
+                                                     kHeldCommandsMax));
   }
-  if (past_commands_ >= kPastCommandsMax) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        past_commands_, " commands came since the last checkpoint already, which is the maximum"));
+  if (past_commands_ + commands > kPastCommandsMax) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(past_commands_, " commands came since the last checkpoint, and with ", commands,
+                     " more they would be more than ", kPastCommandsMax));
   }
   if (held_shape_bytes_ + shape_bytes > kHeldShapeBytesMax) {
     return absl::ResourceExhaustedError(
@@ -60,10 +62,10 @@ absl::Status Sequencer::room_for_command(std::size_t shape_bytes) const {
   return absl::OkStatus();
 }
 
-absl::Status Sequencer::room_for_query() const {
-  if (queries_.size() < kOpenQueriesMax) return absl::OkStatus();
+absl::Status Sequencer::room_for_question() const {
+  if (questions_.size() < kOpenQuestionsMax) return absl::OkStatus();
   return absl::ResourceExhaustedError(
-      absl::StrCat(queries_.size(), " queries wait already, which is the maximum"));
+      absl::StrCat(questions_.size(), " questions wait already, which is the maximum"));
 }
 
 void Sequencer::rewind(std::uint64_t world, std::size_t servers, Tick tick) {
@@ -99,25 +101,19 @@ Tick Sequencer::next_command_tick() const {
   return batches_.empty() ? certain_ + 1 : std::max(certain_ + 1, batches_.rbegin()->first);
 }
 
-Tick Sequencer::submit(Command command, std::optional<v1::NumberedShape> new_shape, Reply reply) {
-  const Tick tick = next_command_tick();
-  Batch& batch = batches_[tick];
-  batch.commands.push_back(std::move(command));
-  ++held_commands_;
-  if (new_shape) {
-    held_shape_bytes_ += new_shape->ByteSizeLong();
-    batch.new_shapes.push_back(*std::move(new_shape));
-  }
-  if (more_to_come()) {
-    batch.replies.push_back(std::move(reply));
-  } else {
-    reply(absl::OkStatus(), tick);
-  }
-  return tick;
+void Sequencer::hold(Batch& batch, std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes) {
+  held_commands_ += commands.size();
+  for (const v1::NumberedShape& shape : new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
+  std::move(commands.begin(), commands.end(), std::back_inserter(batch.commands));
+  std::move(new_shapes.begin(), new_shapes.end(), std::back_inserter(batch.new_shapes));
 }
 
-void Sequencer::ask(v1::Query query) { queries_.push_back(std::move(query)); }
-void Sequencer::ask_first(v1::Query query) { first_queries_.push_back(std::move(query)); }
+void Sequencer::submit(std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes) {
+  hold(batches_[next_command_tick()], std::move(commands), std::move(new_shapes));
+}
+
+void Sequencer::ask(v1::Question question, Tick after) { questions_.emplace(after, std::move(question)); }
+void Sequencer::ask_first(v1::Question question) { first_questions_.push_back(std::move(question)); }
 
 v1::SectorMap map_message(const SectorMap& map) {
   v1::SectorMap message;
@@ -164,22 +160,11 @@ std::vector<Sequencer::Held> Sequencer::held() const {
 void Sequencer::hold(std::vector<Held> held) {
   invariant(batches_.empty(), "what a snapshot holds comes first");
   Tick tick = certain_;
-  for (Held& from : held) {
-    Batch& batch = batches_[++tick];
-    held_commands_ += from.commands.size();
-    for (const v1::NumberedShape& shape : from.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
-    batch.commands = std::move(from.commands);
-    batch.new_shapes = std::move(from.new_shapes);
-  }
+  for (Held& from : held) hold(batches_[++tick], std::move(from.commands), std::move(from.new_shapes));
 }
 
-void Sequencer::hold_at(Tick tick, Command command, std::optional<v1::NumberedShape> new_shape) {
-  Batch& batch = batches_[tick];
-  batch.commands.push_back(std::move(command));
-  ++held_commands_;
-  if (!new_shape) return;
-  held_shape_bytes_ += new_shape->ByteSizeLong();
-  batch.new_shapes.push_back(*std::move(new_shape));
+void Sequencer::hold_at(Tick tick, std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes) {
+  hold(batches_[tick], std::move(commands), std::move(new_shapes));
 }
 
 v1::StoredPace Sequencer::stored_pace(std::uint64_t ticks_ahead) const {
@@ -200,7 +185,7 @@ v1::StoredPace Sequencer::stored_pace(std::uint64_t ticks_ahead) const {
 void Sequencer::restore_pace(const v1::StoredPace& pace) {
   certain_ = std::max(certain_, pace.certain());
   if (pace.mode() == v1::StoredPace::STEPPING && pace.target() > certain_) {
-    step(pace.target() - certain_, [](const absl::Status&, Tick) {});
+    step_to(pace.target(), [](const absl::Status&, Tick) {});
   } else if (pace.mode() == v1::StoredPace::RUNNING) {
     resume(pace.real_time_factor(), {}).IgnoreError();  // it was accepted before
   }
@@ -243,29 +228,35 @@ void Sequencer::pause(Reply reply) {
     return;
   }
   if (mode_ == Mode::kStepping && certain_ < target_) {
-    std::exchange(step_reply_, {})(
-        absl::FailedPreconditionError(absl::StrCat("the step was cut short by a pause, at tick ", certain_)),
-        certain_);
     mode_ = Mode::kPaused;
+    const absl::Status cut_short =
+        absl::FailedPreconditionError(absl::StrCat("the step was cut short by a pause, at tick ", certain_));
+    for (const Reply& waiting : std::exchange(step_replies_, {})) waiting(cut_short, certain_);
   }
   if (mode_ == Mode::kRunning) mode_ = Mode::kPaused;
   pauses_.push_back(std::move(reply));
   settle();
 }
 
-void Sequencer::step(std::uint64_t ticks, Reply reply) {
-  if (mode_ != Mode::kPaused) {
-    reply(absl::FailedPreconditionError("the world must be paused before it is stepped"), 0);
-    return;
+absl::Status Sequencer::may_step(std::uint64_t ticks) const {
+  if (mode_ != Mode::kPaused)
+    return absl::FailedPreconditionError("the world must be paused before it is stepped");
+  if (ticks >= 1 && ticks <= kStepTicksMax) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("ticks = ", ticks, " must be 1 to ", kStepTicksMax));
+}
+
+void Sequencer::step_to(Tick target, Reply reply) {
+  const bool is_under_way = mode_ == Mode::kStepping && target == target_;
+  if (mode_ == Mode::kPaused && target > certain_) {
+    invariant(step_replies_.empty(), "a step ends before the next one begins");
+    mode_ = Mode::kStepping;
+    target_ = target;
+  } else if (target > certain_ && !is_under_way) {
+    return reply(absl::FailedPreconditionError("the world must be paused before it is stepped"), 0);
+  } else if (target <= completed_ && !is_under_way) {
+    return reply(absl::OkStatus(), completed_);
   }
-  if (ticks < 1 || ticks > kStepTicksMax) {
-    reply(absl::InvalidArgumentError(absl::StrCat("ticks = ", ticks, " must be 1 to ", kStepTicksMax)), 0);
-    return;
-  }
-  invariant(!step_reply_, "a step ends before the next one begins");
-  mode_ = Mode::kStepping;
-  target_ = certain_ + ticks;
-  step_reply_ = std::move(reply);
+  step_replies_.push_back(std::move(reply));
 }
 
 absl::Status Sequencer::report(std::size_t rank, Tick tick) {
@@ -283,20 +274,10 @@ absl::Status Sequencer::report(std::size_t rank, Tick tick) {
 
 // Answers the calls that wait for the world to pause.
 void Sequencer::settle() {
-  if (mode_ == Mode::kStepping && completed_ == target_) {
-    mode_ = Mode::kPaused;
-    std::exchange(step_reply_, {})(absl::OkStatus(), completed_);
-  }
-  if (!more_to_come()) tell_ticks();
+  if (mode_ == Mode::kStepping && completed_ == target_) mode_ = Mode::kPaused;
   if (mode_ != Mode::kPaused || completed_ != certain_) return;
+  for (const Reply& waiting : std::exchange(step_replies_, {})) waiting(absl::OkStatus(), completed_);
   for (const Reply& waiting : std::exchange(pauses_, {})) waiting(absl::OkStatus(), completed_);
-}
-
-// Held commands stay held until the world continues.
-void Sequencer::tell_ticks() {
-  for (auto& [tick, batch] : batches_) {
-    for (const Reply& reply : std::exchange(batch.replies, {})) reply(absl::OkStatus(), tick);
-  }
 }
 
 Nanoseconds Sequencer::Pace::due(std::uint64_t n) const {
@@ -377,13 +358,13 @@ v1::Grant Sequencer::map_grant() {
   if (next.leaver) completed_by_.erase(completed_by_.begin() + static_cast<std::ptrdiff_t>(*next.leaver));
   completed_ = *std::min_element(completed_by_.begin(), completed_by_.end());
   reached_ = std::max(reached_, completed_);
-  v1::Grant grant = query_grant({});
+  v1::Grant grant = question_grant({});
   *grant.mutable_map() = std::move(next.map);
   grant.mutable_map()->set_since(granted_ + 1);
   return grant;
 }
 
-void Sequencer::give(Batch& batch, v1::Grant& grant) {
+void Sequencer::give(const Batch& batch, v1::Grant& grant) {
   invariant(held_commands_ >= batch.commands.size(), "commands are counted as they come");
   held_commands_ -= batch.commands.size();
   grant.set_commands(pack(std::span<const Command>(batch.commands)));
@@ -391,14 +372,13 @@ void Sequencer::give(Batch& batch, v1::Grant& grant) {
     held_shape_bytes_ -= shape.ByteSizeLong();
     *grant.add_new_shapes() = shape;
   }
-  for (const Reply& reply : std::exchange(batch.replies, {})) reply(absl::OkStatus(), granted_ + 1);
 }
 
-v1::Grant Sequencer::query_grant(std::vector<v1::Query> queries) {
+v1::Grant Sequencer::question_grant(std::vector<v1::Question> questions) {
   v1::Grant grant;
   grant.set_world(options_.world);
   grant.set_serial(++serial_);
-  for (v1::Query& query : queries) *grant.add_queries() = std::move(query);
+  for (v1::Question& question : questions) *grant.add_questions() = std::move(question);
   return grant;
 }
 
@@ -410,13 +390,25 @@ std::vector<v1::Grant> Sequencer::take_grants(Nanoseconds now) {
     if (ticks == 0) return grants;
     grants.push_back(next_grant(ticks));
   }
-  if (!first_queries_.empty()) grants.push_back(query_grant(std::exchange(first_queries_, {})));
+  if (!first_questions_.empty()) grants.push_back(question_grant(std::exchange(first_questions_, {})));
   while (!next_maps_.empty()) grants.push_back(map_grant());
-  while (const std::uint64_t ticks = ticks_to_grant(now)) grants.push_back(next_grant(ticks));
-  // A separate grant: a slow pace must not delay answers.
-  if (!queries_.empty()) grants.push_back(query_grant(std::exchange(queries_, {})));
+  ask_due(grants);
+  while (const std::uint64_t ticks = ticks_to_grant(now)) {
+    grants.push_back(next_grant(ticks));
+    ask_due(grants);
+  }
   settle();
   return grants;
+}
+
+// A separate grant: a slow pace must not delay answers.
+void Sequencer::ask_due(std::vector<v1::Grant>& grants) {
+  const auto end = more_to_come() ? questions_.upper_bound(granted_) : questions_.end();
+  std::vector<v1::Question> due;
+  for (auto question = questions_.begin(); question != end; ++question)
+    due.push_back(std::move(question->second));
+  questions_.erase(questions_.begin(), end);
+  if (!due.empty()) grants.push_back(question_grant(std::move(due)));
 }
 
 std::optional<Nanoseconds> Sequencer::next_due() const {
@@ -430,15 +422,12 @@ std::optional<Nanoseconds> Sequencer::period() const {
 }
 
 void Sequencer::abandon(const absl::Status& status) {
-  for (auto& [tick, batch] : batches_) {
-    for (const Reply& reply : std::exchange(batch.replies, {})) reply(status, 0);
-  }
   batches_.clear();
   past_.clear();
-  queries_.clear();
-  first_queries_.clear();
+  questions_.clear();
+  first_questions_.clear();
   for (const Reply& waiting : std::exchange(pauses_, {})) waiting(status, 0);
-  if (step_reply_) std::exchange(step_reply_, {})(status, 0);
+  for (const Reply& waiting : std::exchange(step_replies_, {})) waiting(status, 0);
   mode_ = Mode::kPaused;
 }
 

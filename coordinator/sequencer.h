@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -61,22 +62,22 @@ class Sequencer {
   // The world will not be set back to before the end of this tick.
   void forget_past(Tick tick);
 
-  // RESOURCE_EXHAUSTED if submit() or ask() must not be called at present.
-  absl::Status room_for_command(std::size_t shape_bytes) const;
-  absl::Status room_for_query() const;
+  // RESOURCE_EXHAUSTED if submit(), with so many commands, or ask() must not be called at present.
+  absl::Status room_for_commands(std::size_t commands, std::size_t shape_bytes) const;
+  absl::Status room_for_question() const;
 
-  // The tick at whose beginning the next command that is submitted takes effect.
+  // The tick at whose beginning the next commands that are submitted take effect.
   Tick next_command_tick() const;
 
-  // Takes a checked command, with the shape that it adds, and returns the tick at whose beginning it takes
-  // effect. `reply` gets that tick once it is granted, or immediately while the world is paused.
-  Tick submit(Command command, std::optional<v1::NumberedShape> new_shape, Reply reply);
+  // Takes checked commands, with the shapes that they add: they take effect together, at next_command_tick().
+  void submit(std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes);
 
-  // Asks a question that is answered after all ticks that are certain.
-  void ask(v1::Query query);
+  // Asks a question that is answered after all ticks that are certain, but not before the end of tick `after`,
+  // as long as the world goes on up to that.
+  void ask(v1::Question question, Tick after = 0);
 
   // Asks one that is answered before any further tick is granted: held() has all that is to come.
-  void ask_first(v1::Query query);
+  void ask_first(v1::Question question);
 
   // The commands of each of the ticks after certain(), as far as there are any.
   struct Held {
@@ -88,7 +89,7 @@ class Sequencer {
   // As the first of all: the commands that a snapshot holds, and those that were stored since, by their
   // ticks.
   void hold(std::vector<Held> held);
-  void hold_at(Tick tick, Command command, std::optional<v1::NumberedShape> new_shape);
+  void hold_at(Tick tick, std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes);
 
   // The map changes before the next tick that is granted, by a grant of its own: also while the world is
   // paused. Its newcomers are the last ranks from then on; `leaver` is the rank that a server had until then.
@@ -112,9 +113,13 @@ class Sequencer {
   // Stops granting; answers when all servers have completed the granted ticks. Cuts a step short.
   void pause(Reply reply);
 
-  // Runs `ticks` ticks and pauses; answers when they are done. INVALID_ARGUMENT unless 1 to kStepTicksMax,
-  // FAILED_PRECONDITION unless paused.
-  void step(std::uint64_t ticks, Reply reply);
+  // Whether step() may be called: INVALID_ARGUMENT unless `ticks` is 1 to kStepTicksMax, FAILED_PRECONDITION
+  // unless paused.
+  absl::Status may_step(std::uint64_t ticks) const;
+
+  // Runs up to the end of tick `target`, unless that is certain already, and pauses; answers when it is done.
+  // FAILED_PRECONDITION if the world neither is paused nor runs up to that tick.
+  void step_to(Tick target, Reply reply);
 
   // A server has completed `tick`; reports may arrive out of order. INTERNAL for a tick that was not granted.
   absl::Status report(std::size_t rank, Tick tick);
@@ -128,9 +133,6 @@ class Sequencer {
   // From one tick to the next, with real-time pacing.
   std::optional<Nanoseconds> period() const;
 
-  // Answers commands that wait for their ticks to be granted: these are certain nevertheless.
-  void tell_ticks();
-
   // Answers all waiting calls with `status`; the world is gone.
   void abandon(const absl::Status& status);
 
@@ -141,7 +143,6 @@ class Sequencer {
   struct Batch {
     std::vector<Command> commands;
     std::vector<v1::NumberedShape> new_shapes;
-    std::vector<Reply> replies;  // of commands that have not been answered
   };
   using Batches = absl::btree_map<Tick, Batch>;  // by the tick at whose beginning they take effect
 
@@ -166,8 +167,10 @@ class Sequencer {
   void forgive_debt(Nanoseconds now);
   v1::Grant next_grant(std::uint64_t ticks);
   v1::Grant map_grant();
-  void give(Batch& batch, v1::Grant& grant);
-  v1::Grant query_grant(std::vector<v1::Query> queries);
+  void give(const Batch& batch, v1::Grant& grant);
+  void hold(Batch& batch, std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes);
+  v1::Grant question_grant(std::vector<v1::Question> questions);
+  void ask_due(std::vector<v1::Grant>& grants);
   void settle();
 
   Options options_;
@@ -176,7 +179,7 @@ class Sequencer {
   double real_time_factor_ = 0;
   std::optional<Pace> pace_;  // set while running with real-time pacing
   Tick target_ = 0;           // of the step
-  Reply step_reply_;
+  std::vector<Reply> step_replies_;
   std::vector<Reply> pauses_;
 
   std::uint64_t serial_ = 0;
@@ -195,8 +198,8 @@ class Sequencer {
     std::optional<std::size_t> leaver;
   };
   std::deque<NextMap> next_maps_;
-  std::vector<v1::Query> queries_;
-  std::vector<v1::Query> first_queries_;
+  std::multimap<Tick, v1::Question> questions_;  // by the tick that they wait for
+  std::vector<v1::Question> first_questions_;
 };
 
 }  // namespace tessera

@@ -1,5 +1,4 @@
-// The answers to the latest calls of each client, so that a call whose answer was lost can be made again
-// without running twice.
+// The requests of each client that it may make again, so that one whose reply was lost is carried out once.
 #pragma once
 
 #include <absl/container/btree_map.h>
@@ -9,60 +8,65 @@
 #include <cstdint>
 #include <functional>
 #include <list>
-#include <string>
-#include <utility>
+#include <optional>
 #include <vector>
 
 #include "coordinator/coordinator.h"
 
 namespace tessera {
 
-// Bounded: the clients that have not called for longest are forgotten, and of each client its oldest answers.
-class Sessions {
+// Numbers, mostly without gaps.
+class NumberSet {
  public:
-  // Whether to carry out a call. True for a new one: its answer will be remembered. False for one that was
-  // made before: it gets the same answer, at once or when it is known; or ABORTED if the answer is forgotten.
-  // Calls without an id are always new. No call may be answered after the end of this object.
-  template <typename Request, typename Answer>
-  bool admit(ClientCall<Request, Answer>& call) {
-    if (call.id.session == 0) return true;
-    const Take take = [reply = call.reply](const absl::Status& status, const std::string& bytes) {
-      Answer answer;
-      answer.ParseFromString(bytes);
-      reply(status, answer);
-    };
-    if (!begin(call.id, take)) return false;
-    call.reply = [this, id = call.id, reply = std::move(call.reply)](const absl::Status& status,
-                                                                     const Answer& answer) {
-      reply(status, answer);
-      end(id, status, answer.SerializeAsString());
-    };
-    return true;
-  }
-
-  // A call that was answered by an earlier coordinator.
-  void remember(CallId id, std::string answer);
+  bool contains(std::uint64_t number) const;
+  void add(std::uint64_t number);
+  void add_up_to(std::uint64_t number);
+  std::size_t gaps() const { return runs_.size(); }
 
  private:
-  using Take = std::function<void(const absl::Status&, const std::string&)>;
+  std::uint64_t up_to_ = 0;
+  absl::btree_map<std::uint64_t, std::uint64_t> runs_;  // beyond: the last of each by its first
+};
 
-  struct Call {
+// Bounded: the clients that have not called for longest are forgotten.
+class Sessions {
+ public:
+  using Call = ClientCall<v1::Request, v1::Reply>;
+  using Reply = std::function<void(const absl::Status&, const v1::Reply&)>;
+
+  // What to do with a request.
+  struct Admission {
+    bool is_taken = false;  // it gets its reply, or an error: nothing is to be done
+    std::optional<v1::Applied> carried_out;  // what its commands did when it was made before: they are not
+                                             // carried out again, and it is replied to
+  };
+
+  // The reply will be remembered until the client says that it has it. A request that was made before gets the
+  // same reply, at once or when it is known. INVALID_ARGUMENT without a number, ABORTED for a request whose reply
+  // the client has, RESOURCE_EXHAUSTED beyond kUnansweredMax. Requests without a session are always new. No
+  // request may be replied to after the end of this object.
+  Admission admit(Call& call);
+
+  // A request that an earlier coordinator carried out.
+  void remember(RequestId id, const v1::Applied& applied);
+
+ private:
+  struct Request {
     bool is_answered = false;
-    std::vector<Take> again;  // of those that made it again meanwhile
+    std::vector<Reply> again;  // of those that made it again meanwhile
     absl::Status status;
-    std::string answer;
+    v1::Reply reply;
+    std::optional<v1::Applied> carried_out;  // by an earlier coordinator
   };
   struct Session {
-    absl::btree_map<std::uint64_t, Call> calls;  // by number
-    std::uint64_t forgotten = 0;                 // the largest number that is
-    std::list<std::uint64_t>::iterator place;    // in latest_
+    absl::flat_hash_map<std::uint64_t, Request> requests;  // by number
+    NumberSet answered;                                    // what the client has the replies to
+    std::list<std::uint64_t>::iterator place;              // in latest_
   };
 
-  bool begin(CallId id, const Take& take);
-  void end(CallId id, const absl::Status& status, std::string answer);
   Session& touch(std::uint64_t session);
-  static void forget_old(Session& session);
-  static void forget(Call& call);
+  static void forget_answered(Session& session, const v1::Request& request);
+  void end(RequestId id, const absl::Status& status, const v1::Reply& reply);
 
   absl::flat_hash_map<std::uint64_t, Session> sessions_;
   std::list<std::uint64_t> latest_;  // sessions, the one that called last first

@@ -10,7 +10,10 @@
 namespace tessera {
 
 ShapeTable::ShapeTable(std::vector<Shape> shapes) {
-  for (Shape& shape : shapes) add(std::move(shape), 0);
+  for (Shape& shape : shapes) {
+    const ShapeId id = next_++;
+    add({id, std::make_shared<const Shape>(std::move(shape))}, 0);
+  }
 }
 
 void ShapeTable::add(const ShapeEntry& entry, Tick since) {
@@ -18,9 +21,16 @@ void ShapeTable::add(const ShapeEntry& entry, Tick since) {
   not_indexed_.push_back(entry.id);
 }
 
-ShapeId ShapeTable::add(Shape shape, Tick since) {
+ShapeId ShapeTable::add(Shape shape, Tick since, Undo& undo) {
   const ShapeId id = next_++;
   add({id, std::make_shared<const Shape>(std::move(shape))}, since);
+  undo.add([this, id] {
+    const auto found = entries_.find(id);
+    take_from_index(id, found->second);
+    bytes_ -= found->second.bytes;
+    entries_.erase(found);
+    next_ = id;
+  });
   return id;
 }
 
@@ -32,7 +42,7 @@ const Shape* ShapeTable::find(ShapeId id) const {
 void ShapeTable::index_new() {
   for (const ShapeId id : std::exchange(not_indexed_, {})) {
     const auto found = entries_.find(id);
-    if (found == entries_.end() || found->second.until != kNever) continue;
+    if (found == entries_.end() || found->second.until != kNever || found->second.is_indexed) continue;
     Entry& entry = found->second;
     const std::string form = to_proto(*entry.shape).SerializeAsString();
     entry.is_indexed = true;
@@ -53,16 +63,31 @@ std::optional<ShapeId> ShapeTable::find_equal(const Shape& shape) {
   return std::nullopt;
 }
 
-void ShapeTable::give_back(ShapeId id, Tick at) {
+void ShapeTable::give_back(ShapeId id, Tick at, Undo& undo) {
   Entry& entry = entries_.at(id);
   invariant(entry.bodies > 0, "a shape is given back by those who took it");
   if (--entry.bodies == 0) leave(id, at);
+  undo.add([this, id, at] {
+    Entry& back = entries_.at(id);
+    if (++back.bodies > 1) return;
+    back.until = kNever;
+    left_.erase({at, id});
+    if (back.is_indexed) {
+      index_.emplace(back.hash, id);
+    } else {
+      not_indexed_.push_back(id);
+    }
+  });
 }
 
 void ShapeTable::leave(ShapeId id, Tick at) {
   Entry& entry = entries_.at(id);
   entry.until = at;
   left_.emplace(at, id);
+  take_from_index(id, entry);
+}
+
+void ShapeTable::take_from_index(ShapeId id, const Entry& entry) {
   if (!entry.is_indexed) return;
   const auto [begin, end] = index_.equal_range(entry.hash);
   for (auto candidate = begin; candidate != end; ++candidate) {

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "coordinator/undo.h"
 #include "lpss/model/shape.h"
 #include "lpss/tick/messages.h"
 
@@ -31,7 +32,7 @@ class ShapeTable {
   void add(const ShapeEntry& entry, Tick since);
 
   // Under an id that no shape had before.
-  ShapeId add(Shape shape, Tick since);
+  ShapeId add(Shape shape, Tick since, Undo& undo);
 
   // Null for shapes that no body has any more.
   const Shape* find(ShapeId id) const;
@@ -44,8 +45,10 @@ class ShapeTable {
 
   // A body more, and a body less; the last one leaves at tick `at`, when servers forget the shape.
   void take(ShapeId id) { ++entries_.at(id).bodies; }
+  // Of a body that was never there.
+  void release(ShapeId id) { --entries_.at(id).bodies; }
   bool has_one_body(ShapeId id) const { return entries_.at(id).bodies == 1; }
-  void give_back(ShapeId id, Tick at);
+  void give_back(ShapeId id, Tick at, Undo& undo);
   void leave(ShapeId id, Tick at);
 
   // Those that servers have at the end of a tick, which no drop_before() has passed; ascending by ids.
@@ -73,6 +76,7 @@ class ShapeTable {
   };
 
   void index_new();
+  void take_from_index(ShapeId id, const Entry& entry);
 
   absl::btree_map<ShapeId, Entry> entries_;
   ShapeId next_ = 0;

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <iterator>
+#include <memory>
+#include <utility>
 #include <vector>
 
-#include "coordinator/limits.h"
+#include "coordinator/recording.h"
 #include "proto/convert.h"
 #include "proto/snapshot.h"
 
@@ -23,28 +25,121 @@ Sequencer::Reply with_tick(std::function<void(absl::Status, const Answer&)> repl
   };
 }
 
+// A reply that is given once all that it waits for has come.
+class PendingReply : public std::enable_shared_from_this<PendingReply> {
+ public:
+  // The world answers all that it was asked before it ends.
+  PendingReply(std::function<void(const absl::Status&, const v1::Reply&)> send, const ActiveWorld& world)
+      : send_(std::move(send)), world_(world) {}
+
+  v1::Reply& reply() { return reply_; }
+
+  Sequencer::Reply wait_for_ticks() {
+    ++missing_;
+    return [self = shared_from_this()](const absl::Status& status, Tick tick) {
+      if (status.ok()) self->reply_.set_tick(tick);
+      self->done(status);
+    };
+  }
+  Questions::QueriesReply wait_for_results() {
+    ++missing_;
+    return [self = shared_from_this()](const absl::Status& status, Tick tick, const AskedQueries& queries) {
+      if (!status.ok()) return self->done(status);
+      self->reply_.set_tick(tick);
+      self->take(queries);
+      self->done();
+    };
+  }
+  void take(const AskedQueries& queries) {
+    absl::StatusOr<google::protobuf::RepeatedPtrField<v1::QueryResult>> results =
+        queries.results(world_.registry);
+    if (results.ok()) {
+      *reply_.mutable_results() = *std::move(results);
+    } else {
+      status_.Update(results.status());
+    }
+  }
+  // One thing less to wait for.
+  void done(const absl::Status& status = absl::OkStatus()) {
+    status_.Update(status);
+    if (--missing_ == 0) send_(status_, reply_);
+  }
+
+ private:
+  const std::function<void(const absl::Status&, const v1::Reply&)> send_;
+  const ActiveWorld& world_;
+  v1::Reply reply_;
+  absl::Status status_;
+  int missing_ = 1;  // until all is under way
+};
+
 }  // namespace
 
-// As that of the sequencer, and of the journal.
-absl::Status WorldCalls::room_for_command(std::size_t shape_bytes) const {
-  absl::Status status = context_.journal.room();
-  return status.ok() ? world_.sequencer.room_for_command(shape_bytes) : status;
+// Of the sequencer, and of the journal.
+absl::Status WorldCalls::room_for(const GivenCommands& given) const {
+  if (absl::Status status = context_.journal.room(); !status.ok()) return status;
+  std::size_t shape_bytes = 0;
+  for (const v1::NumberedShape& shape : given.new_shapes) shape_bytes += shape.ByteSizeLong();
+  return world_.sequencer.room_for_commands(given.commands.size(), shape_bytes);
 }
 
-void WorldCalls::on(Call<v1::SpawnRequest, v1::SpawnReply>& call) {
-  absl::Status room = room_for_command(call.request.shape().ByteSizeLong());
-  if (!room.ok()) return call.reply(room, {});
-  absl::StatusOr<WorldRegistry::Spawned> spawned = world_.registry.spawn(
-      call.request, world_.sequencer.next_command_tick(), context_.options.shape_bytes_max);
-  if (!spawned.ok()) return call.reply(spawned.status(), {});
-  give(call, SpawnBody{spawned->record}, std::move(spawned->new_shape), spawned->record.id.value);
+absl::StatusOr<WorldCalls::Plan> WorldCalls::plan(const v1::Request& request, bool is_new) const {
+  const Tick at = world_.sequencer.next_command_tick();
+  Plan plan;
+  if (is_new) {
+    if (request.ticks() > 0) {
+      if (absl::Status status = world_.sequencer.may_step(request.ticks()); !status.ok()) return status;
+    }
+    plan.recorded = recorded_commands(request.commands(), world_.registry, at);
+    absl::StatusOr<GivenCommands> given =
+        give(request.commands(), world_.registry, at, context_.options.shape_bytes_max);
+    if (!given.ok()) return given.status();
+    if (absl::Status status = room_for(*given); !status.ok()) return status;
+    plan.given = *std::move(given);
+  }
+  absl::StatusOr<AskedQueries> queries = AskedQueries::checked(request.queries(), world_.registry);
+  if (!queries.ok()) return queries.status();
+  if (!queries->asked().all().empty()) {
+    if (absl::Status status = world_.questions.room(); !status.ok()) return status;
+    if (absl::Status status = world_.sequencer.room_for_question(); !status.ok()) return status;
+  }
+  plan.queries = *std::move(queries);
+  return plan;
 }
 
-void WorldCalls::on(Call<v1::AddJointRequest, v1::AddJointReply>& call) {
-  if (absl::Status status = room_for_command(0); !status.ok()) return call.reply(status, {});
-  const absl::StatusOr<JointRecord> joint = world_.registry.add_joint(call.request);
-  if (!joint.ok()) return call.reply(joint.status(), {});
-  give(call, world_.registry.addition_of(*joint), std::nullopt, joint->id.value);
+void WorldCalls::on(Call<v1::Request, v1::Reply>& call, std::optional<v1::Applied> carried_out) {
+  const v1::Request& request = call.request;
+  const bool is_input = !request.commands().empty() || request.ticks() > 0;
+  absl::StatusOr<Plan> plan = this->plan(request, is_input && !carried_out);
+  if (!plan.ok()) {
+    world_.registry.roll_back();
+    return call.reply(plan.status(), {});
+  }
+  world_.registry.keep();
+  const auto pending = std::make_shared<PendingReply>(std::move(call.reply), world_);
+  v1::Reply& reply = pending->reply();
+  if (carried_out) *reply.mutable_applied() = *std::move(carried_out);
+  if (plan->given) {
+    *reply.mutable_applied() = std::move(plan->given->applied);
+    if (!plan->given->commands.empty()) {
+      world_.sequencer.submit(std::move(plan->given->commands), std::move(plan->given->new_shapes));
+      if (context_.options.inputs) context_.options.inputs(recorded(plan->recorded));
+    }
+    context_.journal.add(std::move(plan->recorded), call.id);
+  }
+  Tick after = request.after();
+  reply.set_tick(world_.sequencer.completed());
+  if (request.ticks() > 0) {
+    const Tick target = reply.applied().tick() - 1 + request.ticks();
+    world_.sequencer.step_to(target, pending->wait_for_ticks());
+    after = std::max(after, target);
+  }
+  if (plan->queries.asked().all().empty()) {
+    pending->take(plan->queries);
+  } else {
+    world_.sequencer.ask(world_.questions.queries(std::move(plan->queries), pending->wait_for_results()), after);
+  }
+  pending->done();
 }
 
 void WorldCalls::on(Call<v1::PauseRequest, v1::PauseReply>& call) {
@@ -58,30 +153,13 @@ void WorldCalls::on(Call<v1::ResumeRequest, v1::ResumeReply>& call) {
   with_tick(std::move(call.reply))(status, sequencer.completed());
 }
 
-void WorldCalls::on(Call<v1::StepRequest, v1::StepReply>& call) {
-  world_.sequencer.step(call.request.ticks(), with_tick(std::move(call.reply)));
-}
-
-void WorldCalls::on(Call<v1::HashRequest, v1::HashReply>& call) {
-  if (absl::Status status = world_.queries.room(); !status.ok()) return call.reply(status, {});
-  world_.sequencer.ask(world_.queries.hash(
-      [reply = std::move(call.reply)](const absl::Status& status, Tick tick, const WorldHash& hash) {
-        v1::HashReply answer;
-        if (status.ok()) {
-          answer.set_tick(tick);
-          answer.set_hash(hash.to_string());
-        }
-        reply(status, answer);
-      }));
-}
-
 // What is held is taken down as it is now, and the servers are asked before they are granted any of it.
 void WorldCalls::on(Call<v1::SnapshotRequest, SnapshotChunks>& call) {
-  if (absl::Status status = world_.queries.room(); !status.ok()) return call.reply(status, {});
+  if (absl::Status status = world_.questions.room(); !status.ok()) return call.reply(status, {});
   const Tick tick = world_.sequencer.certain();
   SnapshotChunks chunks = head_chunks(with_held(world_, world_.registry.catalogue()), world_.settings,
                                       world_.anchor, tick, world_.registry.shapes().at(tick));
-  world_.sequencer.ask_first(world_.queries.snapshot(
+  world_.sequencer.ask_first(world_.questions.snapshot(
       v1::SnapshotQuery(),
       [chunks = std::move(chunks), reply = std::move(call.reply)](
           const absl::Status& status, std::vector<v1::SnapshotChunk> of_servers) mutable {
@@ -90,70 +168,6 @@ void WorldCalls::on(Call<v1::SnapshotRequest, SnapshotChunks>& call) {
         chunks.push_back(end_chunk(chunks.size()));
         reply(status, chunks);
       }));
-}
-
-void WorldCalls::on(Call<v1::RaycastRequest, v1::RaycastReply>& call) {
-  if (absl::Status status = world_.queries.room(); !status.ok()) return call.reply(status, {});
-  const absl::StatusOr<v1::RayQuery> ray = checked(call.request, world_.registry);
-  if (!ray.ok()) return call.reply(ray.status(), {});
-  // The world calls this, so `world` exists.
-  world_.sequencer.ask(
-      world_.queries.ray(*ray, [&world = world_, ray = *ray, reply = std::move(call.reply)](
-                                   const absl::Status& status, const Queries::RayResult& result) {
-        v1::RaycastReply answer;
-        if (!status.ok()) return reply(status, answer);
-        answer.set_tick(result.tick);
-        answer.set_hit(result.body.has_value());
-        if (result.body) {
-          answer.set_body(result.body->value);
-          if (const auto* entry = world.registry.find(*result.body)) answer.set_name(entry->name);
-          answer.set_distance(result.distance);
-          *answer.mutable_normal() = result.normal;
-          const Eigen::Vector3d way = result.distance * from_proto(ray.direction());
-          const WorldPosition origin = from_proto(ray.origin());
-          const auto position = canonical(origin.sector, origin.local + way, world.settings.sector_size);
-          if (position.ok()) *answer.mutable_position() = to_proto(*position);
-        }
-        reply(absl::OkStatus(), answer);
-      }));
-}
-
-void WorldCalls::on(Call<v1::NearRequest, v1::NearReply>& call) {
-  if (absl::Status status = world_.queries.room(); !status.ok()) return call.reply(status, {});
-  const absl::StatusOr<v1::NearQuery> near = checked(call.request, world_.registry);
-  if (!near.ok()) return call.reply(near.status(), {});
-  const std::uint64_t wanted = call.request.limit() == 0 ? kFoundBodiesDefault : call.request.limit();
-  world_.sequencer.ask(world_.queries.near(
-      *near, [&world = world_, limit = std::min(wanted, kFoundBodiesMax), reply = std::move(call.reply)](
-                 const absl::Status& status, const Queries::NearResult& result) {
-        v1::NearReply answer;
-        if (!status.ok()) return reply(status, answer);
-        answer.set_tick(result.tick);
-        std::vector<std::pair<double, BodyId>> nearest;
-        for (const auto& [body, distance] : result.distances) nearest.emplace_back(distance, body);
-        std::sort(nearest.begin(), nearest.end());
-        answer.set_truncated(nearest.size() > limit);
-        if (nearest.size() > limit) nearest.resize(limit);
-        for (const auto& [distance, body] : nearest) {
-          v1::NearReply::Found& found = *answer.add_bodies();
-          found.set_id(body.value);
-          found.set_distance(distance);
-          if (const auto* entry = world.registry.find(body)) found.set_name(entry->name);
-        }
-        reply(absl::OkStatus(), answer);
-      }));
-}
-
-void WorldCalls::on(Call<v1::FindBodiesRequest, v1::FindBodiesReply>& call) {
-  call.reply(absl::OkStatus(), world_.registry.find_bodies(call.request));
-}
-
-void WorldCalls::on(Call<v1::ListJointsRequest, v1::ListJointsReply>& call) {
-  call.reply(absl::OkStatus(), world_.registry.list_joints(call.request));
-}
-
-void WorldCalls::on(Call<v1::ListFramesRequest, v1::ListFramesReply>& call) {
-  call.reply(absl::OkStatus(), world_.registry.list_frames(call.request));
 }
 
 }  // namespace tessera

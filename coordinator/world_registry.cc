@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "coordinator/limits.h"
+#include "coordinator/models.h"
 #include "lpss/base/invariant.h"
 #include "lpss/model/limits.h"
 #include "lpss/model/validate.h"
@@ -91,33 +92,52 @@ const WorldRegistry::Entry* WorldRegistry::find(BodyId id) const {
   return found == bodies_.end() ? nullptr : &found->second;
 }
 
-absl::Status WorldRegistry::check_room() const {
-  if (bodies_.size() >= kBodiesMax) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the world has ", bodies_.size(), " bodies, and may have ", kBodiesMax));
+std::vector<BodyId> WorldRegistry::with_prefix(std::string_view prefix) const {
+  std::vector<BodyId> ids;
+  for (auto name = names_.lower_bound(prefix); name != names_.end() && name->first.starts_with(prefix);
+       ++name) {
+    ids.push_back(name->second);
   }
-  if (const std::uint64_t last = body_id_max(settings_.seams); next_id_.value > last) {
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+absl::Status WorldRegistry::check_room(std::size_t bodies) const {
+  if (bodies_.size() + bodies > kBodiesMax) {
+    return absl::ResourceExhaustedError(absl::StrCat("the world has ", bodies_.size(), " bodies, and with ",
+                                                     bodies, " more it would have more than ", kBodiesMax));
+  }
+  if (const std::uint64_t last = body_id_max(settings_.seams); next_id_.value + bodies - 1 > last) {
     return absl::ResourceExhaustedError(absl::StrCat("all ids of bodies up to ", last, " have been given"));
   }
   return absl::OkStatus();
 }
 
+bool WorldRegistry::has_name(const std::string& name) const {
+  return names_.contains(name) || frames_.find(name) != nullptr;
+}
+
 std::string WorldRegistry::name_for(BodyId id) const {
   const std::string name = absl::StrCat("body_", id.value);
   std::string unique = name;
-  for (int n = 2; names_.contains(unique) || frames_.find(unique) != nullptr; ++n)
-    unique = absl::StrCat(name, "_", n);
+  for (int n = 2; has_name(unique); ++n) unique = absl::StrCat(name, "_", n);
   return unique;
 }
 
-absl::StatusOr<BodyRecord> WorldRegistry::checked_record(const BodyDescription& body,
-                                                         const Shape* shape) const {
-  if (shape == nullptr) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("body '", body.name, "': there is no shape ", body.properties.shape));
+absl::Status WorldRegistry::check_names(const WorldDescription& model) const {
+  const auto in_use = [](const char* kind, const std::string& name) {
+    return absl::AlreadyExistsError(absl::StrCat(kind, " '", name, "': the name is in use"));
+  };
+  for (const BodyDescription& body : model.bodies) {
+    if (has_name(body.name)) return in_use("body", body.name);
   }
-  if (absl::Status status = validate(body, *shape, settings_); !status.ok()) return status;
-  return record_of(body, settings_);
+  for (const FrameDescription& frame : model.frames) {
+    if (has_name(frame.name)) return in_use("frame", frame.name);
+  }
+  for (const JointDescription& joint : model.joints) {
+    if (joints_.has_name(joint.name)) return in_use("joint", joint.name);
+  }
+  return absl::OkStatus();
 }
 
 // For one more, which has so many bytes.
@@ -134,48 +154,79 @@ absl::Status WorldRegistry::room_for_shape(const std::string& title, std::size_t
                                                    " (--shapes-mib)"));
 }
 
-absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::SpawnRequest& request, Tick at,
+// The bodies of the model then have the ids of the world's shapes.
+absl::Status WorldRegistry::take_shapes(WorldDescription& model, const v1::Spawn& spawn, Tick at,
+                                        std::size_t bytes_max, Spawned& spawned) {
+  std::vector<std::optional<ShapeId>> ids(model.shapes.size());
+  for (BodyDescription& body : model.bodies) {
+    const auto place = static_cast<int>(body.properties.shape);
+    std::optional<ShapeId>& id = ids[place];
+    if (!id) id = shapes_.find_equal(model.shapes[place]);
+    if (!id) {
+      const v1::Shape& shape = spawn.model().shapes(place);
+      const std::string title = absl::StrCat("shape of body '", body.name, "'");
+      if (absl::Status room = room_for_shape(title, shape.ByteSizeLong(), bytes_max); !room.ok()) return room;
+      id = shapes_.add(model.shapes[place], at, undo_);
+      v1::NumberedShape& numbered = spawned.new_shapes.emplace_back();
+      numbered.set_id(*id);
+      *numbered.mutable_shape() = shape;
+    }
+    body.properties.shape = *id;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::Spawn& spawn, Tick at,
                                                             std::size_t shape_bytes_max) {
-  if (absl::Status status = check_room(); !status.ok()) return status;
-  if (!request.has_body()) return absl::InvalidArgumentError("body must be set");
-  absl::StatusOr<BodyDescription> body = from_proto(request.body());
-  if (!body.ok()) return body.status();
-  if (body->name.empty()) body->name = name_for(next_id_);
-  if (names_.contains(body->name) || frames_.find(body->name) != nullptr) {
-    return absl::AlreadyExistsError(absl::StrCat("body '", body->name, "': the name is in use"));
-  }
+  if (absl::Status status = check_room(spawn.model().bodies_size()); !status.ok()) return status;
+  if (absl::Status status = joints_.room(spawn.model().joints_size()); !status.ok()) return status;
+  const BodyId first{next_id_.value};
+  const JointId first_joint = joints_.next_id();
+  absl::StatusOr<WorldDescription> model = placed_model(
+      spawn, settings_, kSpawnedAssemblies + first.value,
+      {[&](std::size_t n) { return name_for(BodyId{first.value + n}); },
+       [&](std::size_t n) { return joints_.free_name(JointId{first_joint.value + n}); }});
+  if (!model.ok()) return model.status();
+  absl::StatusOr<std::vector<BodyRecord>> records = records_of(*model);
+  if (!records.ok()) return records.status();
+  absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(*model);
+  if (!joints.ok()) return joints.status();
+  if (absl::Status status = check_names(*model); !status.ok()) return status;
 
-  std::optional<Shape> new_shape;
-  if (request.has_shape()) {
-    const std::string title = absl::StrCat("shape of body '", body->name, "'");
-    absl::StatusOr<Shape> shape = from_proto(request.shape());
-    if (!shape.ok()) {
-      return absl::InvalidArgumentError(absl::StrCat(title, ": ", shape.status().message()));
-    }
-    if (absl::Status status = validate(*shape, title); !status.ok()) return status;
-    if (const std::optional<ShapeId> known = shapes_.find_equal(*shape)) {
-      body->properties.shape = *known;
-    } else {
-      const absl::Status room = room_for_shape(title, request.shape().ByteSizeLong(), shape_bytes_max);
-      if (!room.ok()) return room;
-      body->properties.shape = shapes_.next_id();
-      new_shape = *std::move(shape);
-    }
+  Spawned spawned;
+  if (absl::Status status = take_shapes(*model, spawn, at, shape_bytes_max, spawned); !status.ok())
+    return status;
+  undo_.add([this, first] { next_id_ = first; });
+  for (std::size_t n = 0; n < records->size(); ++n) {
+    BodyRecord& record = (*records)[n];
+    record.id = BodyId{first.value + n};
+    record.properties.shape = model->bodies[n].properties.shape;
+    insert(record.id, std::move(model->bodies[n].name), record.properties);
+    undo_.add([this, id = record.id] {
+      const auto body = bodies_.find(id);
+      names_.erase(body->second.name);
+      shapes_.release(body->second.properties.shape);
+      bodies_.erase(body);
+    });
   }
-  absl::StatusOr<BodyRecord> record =
-      checked_record(*body, new_shape ? &*new_shape : shapes_.find(body->properties.shape));
-  if (!record.ok()) return record.status();
-  std::optional<v1::NumberedShape> numbered;
-  if (new_shape) {
-    numbered.emplace().set_id(shapes_.add(*std::move(new_shape), at));
-    *numbered->mutable_shape() = request.shape();
+  next_id_ = BodyId{first.value + records->size()};
+  for (std::size_t n = 0; n < joints->size(); ++n) {
+    JointRecord& joint = (*joints)[n];
+    joint.id = JointId{first_joint.value + n};
+    JointProperties& properties = joint.properties;
+    if (properties.parent.value != 0) properties.parent.value += first.value - 1;
+    properties.child.value += first.value - 1;
+    for (JointAxis& axis : properties.axes) {
+      if (axis.mimic.is_set()) axis.mimic.leader.value += first_joint.value - 1;
+    }
+    joints_.add(std::move(model->joints[n].name), joint, undo_);
   }
-
-  record->id = next_id_;
-  next_id_ = BodyId{next_id_.value + 1};
-  insert(record->id, std::move(body->name), record->properties);
+  for (const FrameDescription& frame : model->frames)
+    frames_.add(frame.name, {BodyId{first.value + frame.body}, frame.pose}, undo_);
   ++changes_;
-  return Spawned{*std::move(record), std::move(numbered)};
+  spawned.bodies = *std::move(records);
+  spawned.joints = *std::move(joints);
+  return spawned;
 }
 
 RemoveBody WorldRegistry::removal_of(BodyId id) const {
@@ -186,11 +237,20 @@ RemoveBody WorldRegistry::removal_of(BodyId id) const {
 void WorldRegistry::remove(BodyId id, Tick at) {
   const auto found = bodies_.find(id);
   if (found == bodies_.end()) return;
-  joints_.remove_of(id);
-  frames_.remove_of(id);
-  shapes_.give_back(found->second.properties.shape, at);
+  joints_.remove_of(id, undo_);
+  frames_.remove_of(id, undo_);
+  shapes_.give_back(found->second.properties.shape, at, undo_);
   names_.erase(found->second.name);
-  bodies_.erase(found);
+  undo_.add([this, node = bodies_.extract(found)]() mutable {
+    const auto back = bodies_.insert(std::move(node)).position;
+    names_.emplace(back->second.name, back->first);
+  });
+}
+
+void WorldRegistry::change(BodyId id, const BodyProperties& properties) {
+  undo_.add([this, id, before = std::exchange(bodies_.at(id).properties, properties)] {
+    bodies_.at(id).properties = before;
+  });
 }
 
 // The body that a reference names, or the one given by id if there is no reference; 0 stays 0.
@@ -205,11 +265,11 @@ absl::StatusOr<BodyId> WorldRegistry::body_of_joint(const char* side, const v1::
   return absl::Status(id.status().code(), absl::StrCat(side, ": ", id.status().message()));
 }
 
-absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJointRequest& request) {
+absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJoint& request) {
   if (!request.has_joint()) return absl::InvalidArgumentError("joint must be set");
   absl::StatusOr<JointDescription> joint = from_proto(request.joint());
   if (!joint.ok()) return joint.status();
-  if (joint->name.empty()) joint->name = joints_.free_name();
+  if (joint->name.empty()) joint->name = joints_.free_name(joints_.next_id());
   const auto in = [&joint](const absl::Status& status) {
     return absl::Status(status.code(), absl::StrCat("joint '", joint->name, "': ", status.message()));
   };
@@ -223,7 +283,7 @@ absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJointRequest& 
   properties.child = *child;
   const BodyProperties* parent_body = parent->value == 0 ? nullptr : &find(*parent)->properties;
   ++changes_;
-  return joints_.add(*std::move(joint), parent_body, find(*child)->properties, settings_);
+  return joints_.add(*std::move(joint), parent_body, find(*child)->properties, settings_, undo_);
 }
 
 AddJoint WorldRegistry::addition_of(const JointRecord& joint) const {
@@ -238,28 +298,33 @@ void WorldRegistry::apply(const Command& command, Tick at) {
   if (const auto* body = std::get_if<RemoveBody>(&command)) {
     remove(body->id, at);
   } else if (const auto* joint = std::get_if<RemoveJoint>(&command)) {
-    joints_.remove(joint->id);
+    joints_.remove(joint->id, undo_);
   } else if (const auto* motion = std::get_if<SetSurfaceMotion>(&command)) {
-    set_surface_motion(bodies_.at(motion->id).properties, motion->velocity, motion->running);
+    BodyProperties properties = bodies_.at(motion->id).properties;
+    set_surface_motion(properties, motion->velocity, motion->running);
+    change(motion->id, properties);
+  } else if (const auto* changed = std::get_if<SetProperties>(&command)) {
+    change(changed->id, changed->properties);
+    joints_.set_parent_motion(changed->id, changed->properties.motion, undo_);
   } else if (const auto* drives = std::get_if<SetDrives>(&command)) {
-    joints_.set_drives(drives->id, drives->drives);
+    joints_.set_drives(drives->id, drives->drives, undo_);
   } else {
     return;
   }
   ++changes_;
 }
 
-v1::ListJointsReply WorldRegistry::list_joints(const v1::ListJointsRequest& request) const {
-  const std::uint64_t wanted = request.limit() == 0 ? kFoundBodiesDefault : request.limit();
+v1::FoundJoints WorldRegistry::find(const v1::FindJoints& query) const {
+  const std::uint64_t wanted = query.limit() == 0 ? kFoundBodiesDefault : query.limit();
   const std::size_t limit = std::min(wanted, kFoundBodiesMax);
-  std::vector<JointId> ids = joints_.with_prefix(request.name_prefix(), limit + 1);
-  v1::ListJointsReply reply;
+  std::vector<JointId> ids = joints_.with_prefix(query.name_prefix(), limit + 1);
+  v1::FoundJoints reply;
   reply.set_truncated(ids.size() > limit);
   if (ids.size() > limit) ids.resize(limit);
   for (const JointId id : ids) {
     const JointRegistry::Entry& entry = *joints_.find(id);
     JointDescription joint{entry.name, entry.record.properties, entry.record.drives};
-    v1::ListJointsReply::Found& found = *reply.add_joints();
+    v1::FoundJoints::Found& found = *reply.add_joints();
     found.set_id(id.value);
     // From the simulated centre frames back to the body frames of clients.
     const Entry& child = bodies_.at(joint.properties.child);
@@ -277,16 +342,16 @@ v1::ListJointsReply WorldRegistry::list_joints(const v1::ListJointsRequest& requ
   return reply;
 }
 
-v1::ListFramesReply WorldRegistry::list_frames(const v1::ListFramesRequest& request) const {
-  const std::uint64_t wanted = request.limit() == 0 ? kFoundBodiesDefault : request.limit();
+v1::FoundFrames WorldRegistry::find(const v1::FindFrames& query) const {
+  const std::uint64_t wanted = query.limit() == 0 ? kFoundBodiesDefault : query.limit();
   const std::size_t limit = std::min(wanted, kFoundBodiesMax);
-  v1::ListFramesReply reply;
-  for (const auto& [name, entry] : frames_.with_prefix(request.name_prefix(), limit + 1)) {
+  v1::FoundFrames reply;
+  for (const auto& [name, entry] : frames_.with_prefix(query.name_prefix(), limit + 1)) {
     if (reply.frames_size() == static_cast<int>(limit)) {
       reply.set_truncated(true);
       break;
     }
-    v1::ListFramesReply::Found& found = *reply.add_frames();
+    v1::FoundFrames::Found& found = *reply.add_frames();
     found.mutable_frame()->set_name(std::string(name));
     found.mutable_frame()->set_body(entry->body.value);
     *found.mutable_frame()->mutable_pose() = to_proto(entry->pose);
@@ -295,17 +360,17 @@ v1::ListFramesReply WorldRegistry::list_frames(const v1::ListFramesRequest& requ
   return reply;
 }
 
-v1::FindBodiesReply WorldRegistry::find_bodies(const v1::FindBodiesRequest& request) const {
-  const std::uint64_t wanted = request.limit() == 0 ? kFoundBodiesDefault : request.limit();
+v1::FoundBodies WorldRegistry::find(const v1::FindBodies& query) const {
+  const std::uint64_t wanted = query.limit() == 0 ? kFoundBodiesDefault : query.limit();
   const std::size_t limit = std::min(wanted, kFoundBodiesMax);
-  const std::string_view prefix = request.name_prefix();
+  const std::string_view prefix = query.name_prefix();
   std::vector<BodyId> ids;
   const auto consider = [&](BodyId id, const Entry& entry) {
-    if (request.only_static() && entry.properties.motion != Motion::kStatic) return;
+    if (query.only_static() && entry.properties.motion != Motion::kStatic) return;
     if (entry.name.starts_with(prefix)) ids.push_back(id);
   };
-  if (!request.ids().empty()) {
-    for (const std::uint64_t id : std::set<std::uint64_t>(request.ids().begin(), request.ids().end())) {
+  if (!query.ids().empty()) {
+    for (const std::uint64_t id : std::set<std::uint64_t>(query.ids().begin(), query.ids().end())) {
       if (const Entry* entry = find(BodyId{id})) consider(BodyId{id}, *entry);
     }
   } else if (prefix.empty()) {
@@ -313,13 +378,9 @@ v1::FindBodiesReply WorldRegistry::find_bodies(const v1::FindBodiesRequest& requ
       consider(body->first, body->second);
     }
   } else {
-    for (auto name = names_.lower_bound(prefix); name != names_.end() && name->first.starts_with(prefix);
-         ++name) {
-      consider(name->second, bodies_.at(name->second));
-    }
-    std::sort(ids.begin(), ids.end());
+    for (const BodyId id : with_prefix(prefix)) consider(id, bodies_.at(id));
   }
-  v1::FindBodiesReply reply;
+  v1::FoundBodies reply;
   reply.set_truncated(ids.size() > limit);
   if (ids.size() > limit) ids.resize(limit);
   std::size_t shape_bytes = 0;
@@ -329,12 +390,12 @@ v1::FindBodiesReply WorldRegistry::find_bodies(const v1::FindBodiesRequest& requ
       break;
     }
     const Entry& entry = bodies_.at(id);
-    v1::FindBodiesReply::Found& found = *reply.add_bodies();
+    v1::FoundBodies::Found& found = *reply.add_bodies();
     found.set_id(id.value);
     found.set_name(entry.name);
     *found.mutable_properties() = to_proto(entry.properties);
     const ShapeId shape = entry.properties.shape;
-    if (request.with_shapes() && !reply.shapes().contains(shape)) {
+    if (query.with_shapes() && !reply.shapes().contains(shape)) {
       v1::Shape& message = (*reply.mutable_shapes())[shape];
       message = to_proto(*shapes_.ref(shape));
       shape_bytes += message.ByteSizeLong();

@@ -16,11 +16,12 @@
 #include "coordinator/frame_registry.h"
 #include "coordinator/joint_registry.h"
 #include "coordinator/shape_table.h"
+#include "coordinator/undo.h"
 #include "lpss/model/body.h"
 #include "lpss/model/world_description.h"
 #include "lpss/snapshot/world_catalogue.h"
 #include "lpss/tick/messages.h"
-#include "tessera.pb.h"
+#include "query.pb.h"
 
 namespace tessera {
 
@@ -55,21 +56,29 @@ class WorldRegistry {
   // Null if there is none.
   const Entry* find(BodyId id) const;
 
-  // Adds a new body, which is there from tick `at` on. Errors as validate() and record_of(), ALREADY_EXISTS
-  // for a name in use, RESOURCE_EXHAUSTED if ids, bodies or shapes are used up, or all shapes would have more
-  // than `shape_bytes_max` bytes; an error changes nothing.
+  // Bodies whose names begin with `prefix`, ascending by id.
+  std::vector<BodyId> with_prefix(std::string_view prefix) const;
+
+  // What changes it below stays, or is taken back, up to the last call of either.
+  void keep() { undo_.keep(); }
+  void roll_back() { undo_.roll_back(); }
+
+  // Adds the bodies, joints and frames of a model, which is there from tick `at` on. Errors as validate() and
+  // record_of(), ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED if ids, bodies, joints or shapes are
+  // used up, or all shapes would have more than `shape_bytes_max` bytes; after an error, roll_back().
   struct Spawned {
-    BodyRecord record;
-    std::optional<v1::NumberedShape> new_shape;  // if the world did not have it yet
+    std::vector<BodyRecord> bodies;
+    std::vector<JointRecord> joints;
+    std::vector<v1::NumberedShape> new_shapes;  // those that the world did not have yet
   };
-  absl::StatusOr<Spawned> spawn(const v1::SpawnRequest& request, Tick at,
+  absl::StatusOr<Spawned> spawn(const v1::Spawn& spawn, Tick at,
                                 std::size_t shape_bytes_max = std::numeric_limits<std::size_t>::max());
 
   const JointRegistry& joints() const { return joints_; }
 
   // Adds a new joint. Errors as validate() and joint_properties_of(), NOT_FOUND for a body that does not
   // exist, ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED beyond kJointsMax; an error changes nothing.
-  absl::StatusOr<JointRecord> add_joint(const v1::AddJointRequest& request);
+  absl::StatusOr<JointRecord> add_joint(const v1::AddJoint& request);
 
   // The command that adds a joint to the world, which has just been added here.
   AddJoint addition_of(const JointRecord& joint) const;
@@ -80,28 +89,30 @@ class WorldRegistry {
   // Applies the effect of a checked command, which servers carry out at tick `at`, on this record.
   void apply(const Command& command, Tick at);
 
-  // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty lists all.
-  v1::ListJointsReply list_joints(const v1::ListJointsRequest& request) const;
-
-  // Ascending by name, otherwise likewise.
-  v1::ListFramesReply list_frames(const v1::ListFramesRequest& request) const;
-
   // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty finds all. Ids that no
   // body has are skipped.
-  v1::FindBodiesReply find_bodies(const v1::FindBodiesRequest& request) const;
+  v1::FoundBodies find(const v1::FindBodies& query) const;
+  v1::FoundJoints find(const v1::FindJoints& query) const;
+  // Ascending by name, otherwise likewise.
+  v1::FoundFrames find(const v1::FindFrames& query) const;
 
  private:
   void remove(BodyId id, Tick at);
+  void change(BodyId id, const BodyProperties& properties);
+  absl::Status check_names(const WorldDescription& model) const;
+  absl::Status take_shapes(WorldDescription& model, const v1::Spawn& spawn, Tick at, std::size_t bytes_max,
+                           Spawned& spawned);
+  bool has_name(const std::string& name) const;
   absl::StatusOr<BodyId> body_of_joint(const char* side, const v1::BodyRef& reference,
                                        BodyId otherwise) const;
-  absl::Status check_room() const;
+  absl::Status check_room(std::size_t bodies) const;
   std::string name_for(BodyId id) const;
-  absl::StatusOr<BodyRecord> checked_record(const BodyDescription& body, const Shape* shape) const;
   absl::Status room_for_shape(const std::string& title, std::size_t bytes, std::size_t bytes_max) const;
   void insert(BodyId id, std::string name, const BodyProperties& properties);
 
   WorldSettings settings_;
   ShapeTable shapes_;
+  Undo undo_;
   std::map<BodyId, Entry> bodies_;  // node addresses are stable: names_ refers to them
   absl::btree_map<std::string_view, BodyId> names_;
   BodyId next_id_{1};

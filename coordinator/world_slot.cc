@@ -5,28 +5,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "coordinator/command_list.h"
 #include "coordinator/limits.h"
 #include "coordinator/placement.h"
-#include "coordinator/recorded_commands.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
 
 namespace tessera {
 namespace {
-
-// What the client was told, or should have been.
-std::string answer_to(const v1::RecordedCommand& command) {
-  const auto with_id = [&](auto answer) {
-    answer.set_id(command.id());
-    answer.set_tick(command.tick());
-    return answer.SerializeAsString();
-  };
-  if (command.has_spawn()) return with_id(v1::SpawnReply());
-  if (command.has_add_joint()) return with_id(v1::AddJointReply());
-  v1::CommandReply answer;
-  answer.set_tick(command.tick());
-  return answer.SerializeAsString();
-}
 
 absl::StatusOr<WorldToLoad> restored_world(const SnapshotChunks& chunks) {
   absl::StatusOr<ReadSnapshot> snapshot = from_chunks(chunks);
@@ -181,18 +167,21 @@ absl::Status WorldSlot::resume_stored(Sessions& sessions) {
   v1::StoredPace pace;
   for (const v1::StoredInput& input : stored->inputs) {
     if (input.has_pace()) pace = input.pace();
-    if (!input.has_command()) continue;
-    if (input.command().tick() <= tick) {
-      return absl::DataLossError(absl::StrCat("a stored command of tick ", input.command().tick(),
+    if (!input.has_commands()) continue;
+    const v1::RecordedCommands& commands = input.commands();
+    if (commands.tick() <= tick) {
+      return absl::DataLossError(absl::StrCat("stored commands of tick ", commands.tick(),
                                               " cannot be given to the stored state of tick ", tick));
     }
-    absl::StatusOr<GivenCommand> given = given_again(input.command(), world.registry);
+    absl::StatusOr<GivenCommands> given = give_again(commands, world.registry);
     if (!given.ok()) {
-      return absl::DataLossError(absl::StrCat("a stored command of tick ", input.command().tick(),
+      return absl::DataLossError(absl::StrCat("stored commands of tick ", commands.tick(),
                                               " cannot be given again: ", given.status().message()));
     }
-    sessions.remember({input.session(), input.call()}, answer_to(input.command()));
-    world.sequencer.hold_at(input.command().tick(), std::move(given->command), std::move(given->new_shape));
+    sessions.remember({input.session(), input.number()}, given->applied);
+    if (!given->commands.empty()) {
+      world.sequencer.hold_at(commands.tick(), std::move(given->commands), std::move(given->new_shapes));
+    }
   }
   world.sequencer.restore_pace(pace);
   context_.journal.resume(world.sequencer.certain());

@@ -47,7 +47,7 @@ class Gate final : public grpc::AuthMetadataProcessor {
     if (!needed)
       return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat("there is no call ", absl::CHexEscape(call))};
     if (absl::StartsWith(call, kBetweenDaemons) && is_daemon(*client)) return grpc::Status::OK;
-    const std::optional<ClientRole> role = role_of(metadata, *client);
+    const std::optional<ClientRole> role = tokens_.role_of_call(metadata, *client);
     if (!role) {
       return {grpc::StatusCode::UNAUTHENTICATED,
               "this cluster wants to know who calls: give --keys FOLDER (or TESSERA_KEYS) with a certificate "
@@ -66,19 +66,6 @@ class Gate final : public grpc::AuthMetadataProcessor {
   static bool is_daemon(const grpc::AuthContext& client) {
     const std::vector<grpc::string_ref> names = client.FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME);
     return std::ranges::find(names, grpc::string_ref(kDaemonName)) != names.end();
-  }
-
-  // The higher one of certificate and token.
-  std::optional<ClientRole> role_of(const InputMetadata& metadata, const grpc::AuthContext& client) const {
-    std::optional<ClientRole> role;
-    for (const grpc::string_ref& name : client.FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME)) {
-      role = std::max(role, role_of_uri({name.data(), name.size()}));
-    }
-    const auto [begin, end] = metadata.equal_range("authorization");
-    for (auto given = begin; given != end; ++given) {
-      role = std::max(role, tokens_.role_of_header({given->second.data(), given->second.size()}));
-    }
-    return role;
   }
 
   const Tokens tokens_;
@@ -115,6 +102,19 @@ std::optional<ClientRole> Tokens::role_of(absl::string_view token) const {
 
 std::optional<ClientRole> Tokens::role_of_header(absl::string_view value) const {
   return absl::ConsumePrefix(&value, kBearer) ? role_of(value) : std::nullopt;
+}
+
+std::optional<ClientRole> Tokens::role_of_call(
+    const std::multimap<grpc::string_ref, grpc::string_ref>& headers, const grpc::AuthContext& client) const {
+  std::optional<ClientRole> role;
+  for (const grpc::string_ref& name : client.FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME)) {
+    role = std::max(role, role_of_uri({name.data(), name.size()}));
+  }
+  const auto [begin, end] = headers.equal_range("authorization");
+  for (auto given = begin; given != end; ++given) {
+    role = std::max(role, role_of_header({given->second.data(), given->second.size()}));
+  }
+  return role;
 }
 
 absl::StatusOr<ServerKeys> read_server_keys(const std::filesystem::path& keys, const std::string& inner) {

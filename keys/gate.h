@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
+#include <grpcpp/support/string_ref.h>
 
 #include <filesystem>
 #include <map>
@@ -14,8 +15,9 @@
 #include "keys/role.h"
 
 namespace grpc {
+class AuthContext;
 class ServerCredentials;
-}
+}  // namespace grpc
 
 namespace tessera {
 
@@ -30,6 +32,9 @@ class Tokens {
   std::optional<ClientRole> role_of(absl::string_view token) const;
   // Of a header "Authorization: Bearer TOKEN", without its name.
   std::optional<ClientRole> role_of_header(absl::string_view value) const;
+  // Of a call with these headers: the higher one of the client's certificate and token.
+  std::optional<ClientRole> role_of_call(const std::multimap<grpc::string_ref, grpc::string_ref>& headers,
+                                         const grpc::AuthContext& client) const;
 
  private:
   std::map<std::string, ClientRole> by_digest_;

@@ -22,31 +22,16 @@ struct Call {
 // All of them: a call that is missing here is refused, and a test misses it.
 constexpr std::array kCalls = {
     Call{"Tessera/GetStatus", ClientRole::kObserve},
-    Call{"Tessera/GetHash", ClientRole::kObserve},
-    Call{"Tessera/Raycast", ClientRole::kObserve},
-    Call{"Tessera/Near", ClientRole::kObserve},
-    Call{"Tessera/FindBodies", ClientRole::kObserve},
-    Call{"Tessera/ListJoints", ClientRole::kObserve},
-    Call{"Tessera/ListFrames", ClientRole::kObserve},
+    // With commands or ticks, a request needs kControl: may_request() in coordinator/session_calls.h.
+    Call{"Tessera/Session", ClientRole::kObserve},
+    Call{"Tessera/Do", ClientRole::kObserve},
     Call{"Streams/WatchBodies", ClientRole::kObserve},
     Call{"Streams/WatchContacts", ClientRole::kObserve},
     Call{"Streams/WatchSeams", ClientRole::kObserve},
     Call{"Streams/WatchDivergences", ClientRole::kObserve},
 
-    Call{"Tessera/Spawn", ClientRole::kControl},
-    Call{"Tessera/Remove", ClientRole::kControl},
-    Call{"Tessera/SetVelocity", ClientRole::kControl},
-    Call{"Tessera/ApplyImpulse", ClientRole::kControl},
-    Call{"Tessera/ApplyForce", ClientRole::kControl},
-    Call{"Tessera/Teleport", ClientRole::kControl},
-    Call{"Tessera/SetKinematicTarget", ClientRole::kControl},
-    Call{"Tessera/SetSurfaceMotion", ClientRole::kControl},
-    Call{"Tessera/AddJoint", ClientRole::kControl},
-    Call{"Tessera/RemoveJoint", ClientRole::kControl},
-    Call{"Tessera/SetJointDrives", ClientRole::kControl},
     Call{"Tessera/Pause", ClientRole::kControl},
     Call{"Tessera/Resume", ClientRole::kControl},
-    Call{"Tessera/Step", ClientRole::kControl},
     // It only reads, but the coordinator holds all of the world meanwhile.
     Call{"Tessera/Snapshot", ClientRole::kControl},
 

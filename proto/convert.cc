@@ -144,20 +144,6 @@ absl::StatusOr<Geometry> geometry(const v1::Geometry& from) {
   return refused("geometry must be set to a known kind");
 }
 
-absl::StatusOr<Motion> motion(v1::Motion motion) {
-  switch (motion) {
-    case v1::MOTION_DYNAMIC:
-      return Motion::kDynamic;
-    case v1::MOTION_STATIC:
-      return Motion::kStatic;
-    case v1::MOTION_KINEMATIC:
-      return Motion::kKinematic;
-    default:
-      return refused("motion = ", static_cast<int>(motion),
-                     " must be 0 (dynamic), 1 (static) or 2 (kinematic)");
-  }
-}
-
 v1::Motion motion_to_proto(Motion motion) {
   switch (motion) {
     case Motion::kStatic:
@@ -388,7 +374,7 @@ absl::StatusOr<Shape> from_proto(const v1::Shape& shape) {
 }
 
 absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties) {
-  const absl::StatusOr<Motion> kind = motion(properties.motion());
+  const absl::StatusOr<Motion> kind = from_proto(properties.motion());
   if (!kind.ok()) return kind.status();
   BodyProperties result;
   result.motion = *kind;
@@ -459,6 +445,20 @@ absl::StatusOr<WorldDescription> from_proto(const v1::World& world) {
     result.frames.push_back({from.name(), from.body() - 1, from_proto(from.pose())});
   }
   return result;
+}
+
+absl::StatusOr<Motion> from_proto(v1::Motion motion) {
+  switch (motion) {
+    case v1::MOTION_DYNAMIC:
+      return Motion::kDynamic;
+    case v1::MOTION_STATIC:
+      return Motion::kStatic;
+    case v1::MOTION_KINEMATIC:
+      return Motion::kKinematic;
+    default:
+      return refused("motion = ", static_cast<int>(motion),
+                     " must be 0 (dynamic), 1 (static) or 2 (kinematic)");
+  }
 }
 
 absl::StatusOr<Precision> from_proto(v1::Precision precision) {

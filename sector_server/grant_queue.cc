@@ -34,7 +34,7 @@ const v1::Grant* GrantQueue::begin_next() {
   ++next_serial_;
   has_map_ = grant_->has_map();
   ticks_left_ = grant_->ticks();
-  next_query_ = 0;
+  next_question_ = 0;
   return &*grant_;
 }
 
@@ -48,12 +48,12 @@ std::optional<GrantQueue::GrantedTick> GrantQueue::take_tick() {
   return GrantedTick{is_first ? &grant_->commands() : nullptr};
 }
 
-std::optional<v1::Query> GrantQueue::take_query() {
-  invariant(grant_ && ticks_left_ == 0, "queries come after the ticks of their grant");
-  std::optional<v1::Query> query;
-  if (next_query_ < grant_->queries_size()) query = std::move(*grant_->mutable_queries(next_query_++));
-  if (next_query_ == grant_->queries_size()) grant_.reset();
-  return query;
+std::optional<v1::Question> GrantQueue::take_question() {
+  invariant(grant_ && ticks_left_ == 0, "questions come after the ticks of their grant");
+  std::optional<v1::Question> question;
+  if (next_question_ < grant_->questions_size()) question = std::move(*grant_->mutable_questions(next_question_++));
+  if (next_question_ == grant_->questions_size()) grant_.reset();
+  return question;
 }
 
 v1::Grant GrantQueue::take_rest() {

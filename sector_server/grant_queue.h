@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-// Each is carried out piece by piece: its map, then its ticks, then its queries.
+// Each is carried out piece by piece: its map, then its ticks, then its questions.
 class GrantQueue {
  public:
   explicit GrantQueue(std::uint64_t next_serial) : next_serial_(next_serial) {}
@@ -32,8 +32,8 @@ class GrantQueue {
     const std::string* commands = nullptr;  // packed; null: none
   };
   std::optional<GrantedTick> take_tick();
-  // Then a query. The grant ends with the last one.
-  std::optional<v1::Query> take_query();
+  // Then a question. The grant ends with the last one.
+  std::optional<v1::Question> take_question();
 
   // What is left of it, at once.
   v1::Grant take_rest();
@@ -44,7 +44,7 @@ class GrantQueue {
   std::optional<v1::Grant> grant_;  // being carried out
   bool has_map_ = false;            // that has not been taken
   std::uint64_t ticks_left_ = 0;
-  int next_query_ = 0;
+  int next_question_ = 0;
 };
 
 }  // namespace tessera

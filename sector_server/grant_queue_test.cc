@@ -5,12 +5,12 @@
 namespace tessera {
 namespace {
 
-v1::Grant grant(std::uint64_t serial, std::uint64_t ticks, int queries = 0) {
+v1::Grant grant(std::uint64_t serial, std::uint64_t ticks, int questions = 0) {
   v1::Grant grant;
   grant.set_serial(serial);
   grant.set_ticks(ticks);
   grant.set_commands("commands");
-  for (int n = 0; n < queries; ++n) grant.add_queries()->set_id(static_cast<std::uint64_t>(n) + 1);
+  for (int n = 0; n < questions; ++n) grant.add_questions()->set_id(static_cast<std::uint64_t>(n) + 1);
   return grant;
 }
 
@@ -22,7 +22,7 @@ TEST(GrantQueue, GrantsAreCarriedOutInTheirOrder) {
   for (const std::uint64_t serial : {5u, 6u}) {
     ASSERT_TRUE(queue.has_work());
     EXPECT_EQ(queue.begin_next()->serial(), serial);
-    EXPECT_FALSE(queue.take_query());
+    EXPECT_FALSE(queue.take_question());
   }
   EXPECT_FALSE(queue.has_work());
 }
@@ -41,9 +41,9 @@ TEST(GrantQueue, AGrantIsItsMapThenItsTicksThenItsQueries) {
   EXPECT_EQ(*queue.take_tick()->commands, "commands");
   EXPECT_EQ(queue.take_tick()->commands, nullptr) << "commands apply at the first tick";
   EXPECT_FALSE(queue.take_tick());
-  EXPECT_EQ(queue.take_query()->id(), 1u);
+  EXPECT_EQ(queue.take_question()->id(), 1u);
   EXPECT_TRUE(queue.has_work());
-  EXPECT_EQ(queue.take_query()->id(), 2u);
+  EXPECT_EQ(queue.take_question()->id(), 2u);
   EXPECT_FALSE(queue.has_work());
 }
 

@@ -9,9 +9,12 @@
 #include "lpss/base/invariant.h"
 #include "lpss/model/checks.h"
 #include "lpss/model/validate.h"
+#include "lpss/model/world_records.h"
 #include "lpss/observe/load.h"
 #include "lpss/observe/queries.h"
 #include "lpss/observe/state.h"
+#include "lpss/partition/statics.h"
+#include "proto/body_columns.h"
 #include "proto/convert.h"
 #include "proto/snapshot.h"
 #include "proto/wire.h"
@@ -23,39 +26,124 @@ namespace {
 constexpr double kNearReachMax = 4;
 constexpr double kUnitTolerance = 1e-6;
 
-absl::StatusOr<Shape> probe_of(const v1::NearQuery& query) {
+absl::StatusOr<Shape> probe_of(const v1::Geometry& geometry) {
   v1::Shape probe;
-  *probe.add_parts()->mutable_geometry() = query.probe();
+  *probe.add_parts()->mutable_geometry() = geometry;
   absl::StatusOr<Shape> shape = from_proto(probe);
   if (!shape.ok()) return shape.status();
   if (absl::Status status = validate(*shape, "probe"); !status.ok()) return status;
   return shape;
 }
 
-void write_hash(const Partition& partition, v1::Answer& answer) {
-  const WorldHash hash = hash_of(partition);
-  answer.set_hash_low(hash.low());
-  answer.set_hash_high(hash.high());
+// The probe of a query that was checked.
+Geometry checked_probe(const v1::Geometry& geometry) {
+  const absl::StatusOr<Shape> shape = probe_of(geometry);
+  invariant(shape.ok(), "queries are checked as they come");
+  return shape->parts.front().geometry;
 }
 
-void write_hit(Partition& partition, const v1::RayQuery& ray, v1::Answer& answer) {
+// As for a body.
+absl::Status check_probe(const v1::Geometry& geometry, const v1::WorldPose& pose, double sector_size) {
+  const absl::StatusOr<Shape> shape = probe_of(geometry);
+  if (!shape.ok()) return shape.status();
+  BodyDescription probe;
+  probe.name = "probe";
+  probe.properties.motion = Motion::kKinematic;
+  probe.pose = from_proto(pose);
+  WorldSettings settings;
+  settings.sector_size = sector_size;
+  return validate(probe, *shape, settings);
+}
+
+absl::Status check_way(const v1::Vector3& given, double length) {
+  const Eigen::Vector3d direction = from_proto(given);
+  if (absl::Status status = finite("direction", direction); !status.ok()) return status;
+  if (std::abs(direction.norm() - 1) > kUnitTolerance) return refused("a direction has no unit length");
+  return bounded("length", length, 0, kRayLengthMax, "m");
+}
+
+absl::Status check_query(const v1::Query& query, double sector_size) {
+  switch (query.kind_case()) {
+    case v1::Query::kRay:
+      if (absl::Status status = finite("origin", from_proto(query.ray().origin()).local); !status.ok())
+        return status;
+      return check_way(query.ray().direction(), query.ray().length());
+    case v1::Query::kSweep:
+      if (absl::Status status = check_probe(query.sweep().probe(), query.sweep().pose(), sector_size);
+          !status.ok())
+        return status;
+      return check_way(query.sweep().direction(), query.sweep().length());
+    case v1::Query::kNear:
+      if (absl::Status status = check_probe(query.near().probe(), query.near().pose(), sector_size);
+          !status.ok())
+        return status;
+      return bounded("reach", query.near().reach(), 0, kNearReachMax * sector_size, "m");
+    case v1::Query::kStates:
+    case v1::Query::kHash:
+      return absl::OkStatus();
+    default:
+      return refused("a query of no kind that servers answer");
+  }
+}
+
+void write_hash(const Partition& partition, v1::PartialResult& part) {
+  const WorldHash hash = hash_of(partition);
+  part.set_hash_low(hash.low());
+  part.set_hash_high(hash.high());
+}
+
+void write_hits(Partition& partition, const v1::RayQuery& ray, v1::RayHits& result) {
   const std::optional<RayAnswer> hit =
       raycast(partition, from_proto(ray.origin()), from_proto(ray.direction()), ray.length(), ray.mask());
-  answer.set_hit(hit.has_value());
   if (!hit) return;
-  answer.set_body(hit->body.value);
-  answer.set_distance(hit->distance);
-  *answer.mutable_normal() = to_proto(hit->normal);
+  v1::RayHits::Hit& told = *result.add_hits();
+  told.set_body(hit->body.value);
+  told.set_distance(hit->distance);
+  *told.mutable_normal() = to_proto(hit->normal);
 }
 
-void write_near(Partition& partition, const v1::NearQuery& query, v1::Answer& answer) {
-  const absl::StatusOr<Shape> shape = probe_of(query);
-  invariant(shape.ok(), "queries are checked as they come");
-  for (const NearBody& near : bodies_near(partition, shape->parts.front().geometry, from_proto(query.pose()),
+void write_near(Partition& partition, const v1::NearQuery& query, v1::NearBodies& result) {
+  for (const NearBody& near : bodies_near(partition, checked_probe(query.probe()), from_proto(query.pose()),
                                           query.reach(), query.mask())) {
-    v1::NearBody& body = *answer.add_near();
-    body.set_body(near.body.value);
+    v1::NearBodies::Found& body = *result.add_bodies();
+    body.set_id(near.body.value);
     body.set_distance(near.distance);
+  }
+}
+
+BodyRow row_of(const BodyRecord& body, double sector_size) {
+  const BodyState& state = body.state;
+  return {body.id, body_pose(body, sector_size), Eigen::Vector3d(state.linear_velocity.data()),
+          Eigen::Vector3d(state.angular_velocity.data()), state.activity == Activity::kAsleep};
+}
+
+// All servers know a static body: the one that hosts its sector tells of it.
+void write_states(const Partition& partition, const v1::StatesQuery& query, v1::BodyColumns& result) {
+  ColumnWriter writer(result);
+  const double size = partition.sector_size();
+  if (query.ids().empty()) {
+    for_each_body(partition, [&](const BodyRecord& body) { writer.add(row_of(body, size)); });
+    return;
+  }
+  for (const std::uint64_t id : query.ids()) {
+    if (const BodyRecord* fixed = partition.statics.find(BodyId{id})) {
+      if (partition.hosts(fixed->home)) writer.add(row_of(*fixed, size));
+    } else if (const std::optional<BodyRecord> body = body_of(partition, BodyId{id})) {
+      writer.add(row_of(*body, size));
+    }
+  }
+}
+
+void write_part(Partition& partition, const v1::Query& query, v1::PartialResult& part) {
+  switch (query.kind_case()) {
+    case v1::Query::kRay:
+      return write_hits(partition, query.ray(), *part.mutable_result()->mutable_ray());
+    case v1::Query::kNear:
+      return write_near(partition, query.near(), *part.mutable_result()->mutable_near());
+    case v1::Query::kStates:
+      return write_states(partition, query.states(), *part.mutable_result()->mutable_states());
+    default:
+      return write_hash(partition, part);
   }
 }
 
@@ -82,47 +170,30 @@ std::vector<v1::SnapshotChunk> snapshot_chunks(const Partition& partition, bool 
 
 }  // namespace
 
-absl::Status QueryAnswers::check(const v1::Query& query) const {
-  if (query.has_ray()) {
-    const Eigen::Vector3d direction = from_proto(query.ray().direction());
-    if (absl::Status status = finite("origin", from_proto(query.ray().origin()).local); !status.ok())
-      return status;
-    if (absl::Status status = finite("direction", direction); !status.ok()) return status;
-    if (std::abs(direction.norm() - 1) > kUnitTolerance)
-      return refused("a ray's direction has no unit length");
-    return bounded("length", query.ray().length(), 0, kRayLengthMax, "m");
+absl::Status QueryAnswers::check(const v1::Question& question) const {
+  if (question.has_load()) return bounded("time ahead", question.load().ahead(), 0, kNoBound, "s");
+  for (const v1::Query& query : question.queries().all()) {
+    if (absl::Status status = check_query(query, partition_.sector_size()); !status.ok()) return status;
   }
-  if (query.has_load()) return bounded("time ahead", query.load().ahead(), 0, kNoBound, "s");
-  if (!query.has_near()) return absl::OkStatus();
-  // As for a body.
-  const absl::StatusOr<Shape> shape = probe_of(query.near());
-  if (!shape.ok()) return shape.status();
-  BodyDescription probe;
-  probe.name = "probe";
-  probe.properties.motion = Motion::kKinematic;
-  probe.pose = from_proto(query.near().pose());
-  WorldSettings settings;
-  settings.sector_size = partition_.sector_size();
-  if (absl::Status status = validate(probe, *shape, settings); !status.ok()) return status;
-  return bounded("reach", query.near().reach(), 0, kNearReachMax * partition_.sector_size(), "m");
+  return absl::OkStatus();
 }
 
-void QueryAnswers::answer(const v1::Query& query, Tick tick, bool with_shared, const TickMeter& meter) {
+void QueryAnswers::answer(const v1::Question& question, Tick tick, bool with_shared, const TickMeter& meter) {
   v1::ClusterMessage message;
   v1::Answer& answer = *message.mutable_answer();
   answer.set_world(world_);
-  answer.set_query(query.id());
+  answer.set_question(question.id());
   answer.set_tick(tick);
-  if (query.has_snapshot()) return answer_with_snapshot(query, std::move(message), with_shared);
-  if (query.has_hash()) write_hash(partition_, answer);
-  if (query.has_ray()) write_hit(partition_, query.ray(), answer);
-  if (query.has_load()) write_load(partition_, query.load().ahead(), meter, *answer.mutable_load());
-  if (query.has_near()) write_near(partition_, query.near(), answer);
+  if (question.has_snapshot())
+    return answer_with_snapshot(question.snapshot(), std::move(message), with_shared);
+  if (question.has_load()) write_load(partition_, question.load().ahead(), meter, *answer.mutable_load());
+  for (const v1::Query& query : question.queries().all())
+    write_part(partition_, query, *answer.add_results());
   send_(kCoordinatorNode, message);
 }
 
 // In answers of about the size of a chunk.
-void QueryAnswers::answer_with_snapshot(const v1::Query& query, v1::ClusterMessage answer, bool with_shared) {
+void QueryAnswers::answer_with_snapshot(const v1::SnapshotQuery& query, v1::ClusterMessage answer, bool with_shared) {
   std::vector<v1::ClusterMessage> answers;
   std::size_t room = 0;
   const auto take = [&](v1::SnapshotChunk chunk) {
@@ -133,8 +204,8 @@ void QueryAnswers::answer_with_snapshot(const v1::Query& query, v1::ClusterMessa
     room -= std::min(room, chunk.ByteSizeLong());
     *answers.back().mutable_answer()->add_snapshot() = std::move(chunk);
   };
-  if (query.snapshot().keeps()) {
-    changed_chunks_.collect(partition_, query.snapshot().anew(), with_shared, take);
+  if (query.keeps()) {
+    changed_chunks_.collect(partition_, query.anew(), with_shared, take);
   } else {
     for (v1::SnapshotChunk& chunk : snapshot_chunks(partition_, with_shared)) take(std::move(chunk));
   }

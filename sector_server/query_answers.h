@@ -1,4 +1,4 @@
-// What a sector server answers to the coordinator's queries, for its partition.
+// What a sector server answers to the coordinator's questions, for its partition.
 #pragma once
 
 #include <absl/status/status.h>
@@ -23,14 +23,14 @@ class QueryAnswers {
   QueryAnswers(std::uint64_t world, Partition& partition, Send send)
       : world_(world), partition_(partition), send_(std::move(send)) {}
 
-  // INVALID_ARGUMENT for a query that answer() must not be given.
-  absl::Status check(const v1::Query& query) const;
+  // INVALID_ARGUMENT for a question that answer() must not be given.
+  absl::Status check(const v1::Question& question) const;
 
   // Between ticks, after that one. The state that all servers share comes from the one with rank 0.
-  void answer(const v1::Query& query, Tick tick, bool with_shared, const TickMeter& meter);
+  void answer(const v1::Question& question, Tick tick, bool with_shared, const TickMeter& meter);
 
  private:
-  void answer_with_snapshot(const v1::Query& query, v1::ClusterMessage answer, bool with_shared);
+  void answer_with_snapshot(const v1::SnapshotQuery& query, v1::ClusterMessage answer, bool with_shared);
 
   const std::uint64_t world_;
   Partition& partition_;

@@ -74,9 +74,9 @@ void WorldRun::join() {
 }
 
 absl::Status WorldRun::take(v1::Grant grant) {
-  for (const v1::Query& query : grant.queries()) {
-    if (absl::Status status = answers_.check(query); !status.ok())
-      return in(absl::StrCat("a query of grant ", grant.serial()), status);
+  for (const v1::Question& question : grant.questions()) {
+    if (absl::Status status = answers_.check(question); !status.ok())
+      return in(absl::StrCat("a question of grant ", grant.serial()), status);
   }
   return grants_.take(std::move(grant));
 }
@@ -96,8 +96,8 @@ absl::Status WorldRun::next_piece(const Clock& clock) {
   if (is_guest()) return follow(grants_.take_rest());
   if (const auto tick = grants_.take_tick()) return begin_tick(tick->commands, clock);
   // One a turn, so that nothing else has to wait for all of them.
-  if (const std::optional<v1::Query> query = grants_.take_query())
-    answers_.answer(*query, tick_, /*with_shared=*/exchange_.self() == 0, meter_);
+  if (const std::optional<v1::Question> question = grants_.take_question())
+    answers_.answer(*question, tick_, /*with_shared=*/exchange_.self() == 0, meter_);
   return absl::OkStatus();
 }
 

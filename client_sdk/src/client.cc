@@ -16,44 +16,6 @@ namespace {
 
 constexpr std::uint64_t kBodiesAsked = 100'000;  // per request, also of joints: the coordinator's maximum
 
-v1::BodyRef to_proto(const BodyName& body) {
-  v1::BodyRef reference;
-  if (const BodyId* id = std::get_if<BodyId>(&body)) {
-    reference.set_id(id->value);
-  } else {
-    reference.set_name(std::get<std::string>(body));
-  }
-  return reference;
-}
-
-template <typename Request>
-void set_pose(Request& request, const TargetPose& pose) {
-  *request.mutable_pose() =
-      to_proto(WorldPose{pose.position, pose.orientation.value_or(Eigen::Quaterniond::Identity())});
-  request.set_keeps_orientation(!pose.orientation);
-}
-
-v1::JointRef to_proto(const JointName& joint) {
-  v1::JointRef reference;
-  if (const JointId* id = std::get_if<JointId>(&joint)) {
-    reference.set_id(id->value);
-  } else {
-    reference.set_name(std::get<std::string>(joint));
-  }
-  return reference;
-}
-
-absl::StatusOr<FoundJoint> read(const v1::ListJointsReply::Found& found) {
-  absl::StatusOr<JointDescription> joint = from_proto(found.joint());
-  if (!joint.ok()) return joint.status();
-  return FoundJoint{JointId{found.id()},
-                    *std::move(joint),
-                    found.parent(),
-                    found.child(),
-                    from_proto(found.parent_centre()),
-                    from_proto(found.child_centre())};
-}
-
 v1::Region to_proto(const WatchedRegion& region) {
   v1::Region message;
   *message.mutable_centre() = to_proto(region.centre);
@@ -125,6 +87,14 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
 
 using Stub = v1::Tessera::Stub;
 
+v1::Request Client::request_of(const Batch& batch) {
+  v1::Request request = *batch.commands.request_;
+  request.set_ticks(batch.ticks);
+  *request.mutable_queries() = batch.queries.request_->queries();
+  request.set_after(batch.after);
+  return request;
+}
+
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Client::~Client() = default;
 
@@ -168,119 +138,34 @@ absl::Status Client::unload(absl::Duration timeout) {
   return impl_->call(&Stub::Unload, v1::UnloadRequest(), timeout).status();
 }
 
+absl::StatusOr<Answers> Client::run(const Batch& batch, absl::Duration timeout) {
+  return impl_->run(request_of(batch), timeout, /*sees_own=*/false);
+}
+
+void Client::send(const Batch& batch, std::function<void(absl::StatusOr<Answers>)> done) {
+  impl_->send(request_of(batch), std::move(done));
+}
+
+absl::StatusOr<Applied> Client::apply(const CommandList& commands, absl::Duration timeout) {
+  const absl::StatusOr<Answers> answers = impl_->run(*commands.request_, timeout, /*sees_own=*/false);
+  if (!answers.ok()) return answers.status();
+  return answers->applied();
+}
+
+absl::StatusOr<Answers> Client::ask(const QueryList& queries, absl::Duration timeout) {
+  return impl_->run(*queries.request_, timeout, /*sees_own=*/true);
+}
+
 absl::StatusOr<Spawned> Client::spawn(const NewBody& body, absl::Duration timeout) {
-  v1::SpawnRequest request;
-  *request.mutable_body() = to_proto(body.body);
-  *request.mutable_shape() = to_proto(body.shape);
-  const auto reply = impl_->call_once(&Stub::Spawn, request, timeout);
-  if (!reply.ok()) return reply.status();
-  return Spawned{BodyId{reply->id()}, reply->tick()};
-}
-
-absl::StatusOr<Tick> Client::remove(const BodyName& body, absl::Duration timeout) {
-  v1::RemoveRequest request;
-  *request.mutable_body() = to_proto(body);
-  return impl_->command(&Stub::Remove, request, timeout);
-}
-
-absl::StatusOr<Tick> Client::set_velocity(const BodyName& body, const Eigen::Vector3d& linear,
-                                          const Eigen::Vector3d& angular, absl::Duration timeout) {
-  v1::SetVelocityRequest request;
-  *request.mutable_body() = to_proto(body);
-  *request.mutable_linear() = to_proto(linear);
-  *request.mutable_angular() = to_proto(angular);
-  return impl_->command(&Stub::SetVelocity, request, timeout);
-}
-
-absl::StatusOr<Tick> Client::apply_impulse(const BodyName& body, const Eigen::Vector3d& impulse,
-                                           const Eigen::Vector3d& lever, absl::Duration timeout) {
-  v1::ApplyImpulseRequest request;
-  *request.mutable_body() = to_proto(body);
-  *request.mutable_impulse() = to_proto(impulse);
-  *request.mutable_lever() = to_proto(lever);
-  return impl_->command(&Stub::ApplyImpulse, request, timeout);
-}
-
-absl::StatusOr<Tick> Client::apply_force(const BodyName& body, const Eigen::Vector3d& force,
-                                         const Eigen::Vector3d& torque, absl::Duration timeout) {
-  v1::ApplyForceRequest request;
-  *request.mutable_body() = to_proto(body);
-  *request.mutable_force() = to_proto(force);
-  *request.mutable_torque() = to_proto(torque);
-  return impl_->command(&Stub::ApplyForce, request, timeout);
-}
-
-absl::StatusOr<Tick> Client::teleport(const BodyName& body, const TargetPose& pose,
-                                      const std::optional<Eigen::Vector3d>& linear_velocity,
-                                      const std::optional<Eigen::Vector3d>& angular_velocity,
-                                      absl::Duration timeout, bool alone) {
-  v1::TeleportRequest request;
-  request.set_alone(alone);
-  *request.mutable_body() = to_proto(body);
-  set_pose(request, pose);
-  request.set_keeps_linear_velocity(!linear_velocity);
-  if (linear_velocity) *request.mutable_linear_velocity() = to_proto(*linear_velocity);
-  request.set_keeps_angular_velocity(!angular_velocity);
-  if (angular_velocity) *request.mutable_angular_velocity() = to_proto(*angular_velocity);
-  return impl_->command(&Stub::Teleport, request, timeout);
-}
-
-absl::StatusOr<Tick> Client::set_kinematic_target(const BodyName& body, const TargetPose& pose,
-                                                  absl::Duration timeout) {
-  v1::KinematicTargetRequest request;
-  *request.mutable_body() = to_proto(body);
-  set_pose(request, pose);
-  return impl_->command(&Stub::SetKinematicTarget, request, timeout);
-}
-
-absl::StatusOr<Tick> Client::set_surface_motion(const BodyName& body, const Eigen::Vector3d& velocity,
-                                                const Eigen::Vector3d& running, absl::Duration timeout) {
-  v1::SurfaceMotionRequest request;
-  *request.mutable_body() = to_proto(body);
-  *request.mutable_velocity() = to_proto(velocity);
-  *request.mutable_running() = to_proto(running);
-  return impl_->command(&Stub::SetSurfaceMotion, request, timeout);
+  const absl::StatusOr<Applied> applied = apply(CommandList().spawn(body), timeout);
+  if (!applied.ok()) return applied.status();
+  return Spawned{applied->created.front().first_body, applied->tick};
 }
 
 absl::StatusOr<AddedJoint> Client::add_joint(const NewJoint& joint, absl::Duration timeout) {
-  JointDescription description = joint.joint;
-  description.properties.parent = {};
-  description.properties.child = {};
-  v1::AddJointRequest request;
-  *request.mutable_joint() = to_proto(description);
-  if (joint.parent) *request.mutable_parent() = to_proto(*joint.parent);
-  *request.mutable_child() = to_proto(joint.child);
-  const auto reply = impl_->call_once(&Stub::AddJoint, request, timeout);
-  if (!reply.ok()) return reply.status();
-  return AddedJoint{JointId{reply->id()}, reply->tick()};
-}
-
-absl::StatusOr<Tick> Client::remove_joint(const JointName& joint, absl::Duration timeout) {
-  v1::RemoveJointRequest request;
-  *request.mutable_joint() = to_proto(joint);
-  return impl_->command(&Stub::RemoveJoint, request, timeout);
-}
-
-absl::StatusOr<Tick> Client::set_drive(const JointName& joint, const JointDrive& drive, int axis,
-                                       absl::Duration timeout) {
-  v1::SetJointDrivesRequest request;
-  *request.mutable_joint() = to_proto(joint);
-  v1::AxisDrive& given = *request.add_drives();
-  given.set_axis(static_cast<std::uint32_t>(axis));
-  *given.mutable_drive() = to_proto(drive);
-  return impl_->command(&Stub::SetJointDrives, request, timeout);
-}
-
-absl::StatusOr<Tick> Client::set_drives(const JointName& joint, const JointDrives& drives,
-                                        absl::Duration timeout) {
-  v1::SetJointDrivesRequest request;
-  *request.mutable_joint() = to_proto(joint);
-  for (std::size_t n = 0; n < drives.size(); ++n) {
-    v1::AxisDrive& given = *request.add_drives();
-    given.set_axis(static_cast<std::uint32_t>(n + 1));
-    *given.mutable_drive() = to_proto(drives[n]);
-  }
-  return impl_->command(&Stub::SetJointDrives, request, timeout);
+  const absl::StatusOr<Applied> applied = apply(CommandList().add_joint(joint), timeout);
+  if (!applied.ok()) return applied.status();
+  return AddedJoint{applied->created.front().first_joint, applied->tick};
 }
 
 absl::StatusOr<Tick> Client::pause(absl::Duration timeout) {
@@ -294,9 +179,11 @@ absl::StatusOr<Tick> Client::resume(double real_time_factor, absl::Duration time
 }
 
 absl::StatusOr<Tick> Client::step(std::uint64_t ticks, absl::Duration timeout) {
-  v1::StepRequest request;
-  request.set_ticks(ticks);
-  return impl_->tick_of(&Stub::Step, request, timeout);
+  Batch batch;
+  batch.ticks = ticks;
+  const absl::StatusOr<Answers> answers = run(batch, timeout);
+  if (!answers.ok()) return answers.status();
+  return answers->tick();
 }
 
 absl::StatusOr<ClusterStatus> Client::status(absl::Duration timeout) {
@@ -306,36 +193,28 @@ absl::StatusOr<ClusterStatus> Client::status(absl::Duration timeout) {
 }
 
 absl::StatusOr<HashAt> Client::hash(absl::Duration timeout) {
-  const auto reply = impl_->call(&Stub::GetHash, v1::HashRequest(), timeout);
-  if (!reply.ok()) return reply.status();
-  return HashAt{reply->tick(), reply->hash()};
+  QueryList queries;
+  const auto hash = queries.hash();
+  const absl::StatusOr<Answers> answers = ask(queries, timeout);
+  if (!answers.ok()) return answers.status();
+  return HashAt{answers->tick(), (*answers)[hash]};
 }
 
 absl::StatusOr<std::vector<Neighbour>> Client::near(const NearQuery& query, absl::Duration timeout) {
-  v1::NearRequest request;
-  *request.mutable_pose() = to_proto(query.pose);
-  if (query.probe) *request.mutable_probe() = to_proto(Shape{{{*query.probe, {}}}}).parts(0).geometry();
-  request.set_reach(query.reach);
-  request.set_mask(query.mask);
-  request.set_limit(query.limit);
-  const auto reply = impl_->call(&Stub::Near, request, timeout);
-  if (!reply.ok()) return reply.status();
-  std::vector<Neighbour> found;
-  for (const auto& body : reply->bodies()) found.push_back({BodyId{body.id()}, body.name(), body.distance()});
-  return found;
+  QueryList queries;
+  const auto near = queries.near(query);
+  const absl::StatusOr<Answers> answers = ask(queries, timeout);
+  if (!answers.ok()) return answers.status();
+  return (*answers)[near];
 }
 
 absl::StatusOr<std::optional<RayResult>> Client::raycast(const RayQuery& ray, absl::Duration timeout) {
-  v1::RaycastRequest request;
-  *request.mutable_origin() = to_proto(ray.origin);
-  *request.mutable_direction() = to_proto(ray.direction);
-  request.set_length(ray.length);
-  request.set_mask(ray.mask);
-  const auto reply = impl_->call(&Stub::Raycast, request, timeout);
-  if (!reply.ok()) return reply.status();
-  if (!reply->hit()) return std::optional<RayResult>();
-  return std::optional(RayResult{BodyId{reply->body()}, reply->name(), reply->distance(),
-                                 from_proto(reply->position()), from_proto(reply->normal())});
+  QueryList queries;
+  const auto first = queries.ray(ray);
+  const absl::StatusOr<Answers> answers = ask(queries, timeout);
+  if (!answers.ok()) return answers.status();
+  std::vector<RayResult> hits = (*answers)[first];
+  return hits.empty() ? std::nullopt : std::optional(std::move(hits.front()));
 }
 
 absl::StatusOr<FoundBody> Client::find(const std::string& name, absl::Duration timeout) {
@@ -357,44 +236,20 @@ absl::StatusOr<FoundBodies> Client::find_bodies(const std::string& prefix, std::
 }
 
 absl::StatusOr<FoundBodies> Client::find_bodies(const BodyQuery& query, absl::Duration timeout) {
-  v1::FindBodiesRequest request;
-  request.set_name_prefix(query.prefix);
-  for (const BodyId& id : query.ids) request.add_ids(id.value);
-  request.set_only_static(query.only_static);
-  request.set_with_shapes(query.with_shapes);
-  request.set_limit(query.limit);
-  const auto reply = impl_->call(&Stub::FindBodies, request, timeout);
-  if (!reply.ok()) return reply.status();
-  FoundBodies result;
-  result.truncated = reply->truncated();
-  for (const v1::FindBodiesReply::Found& found : reply->bodies()) {
-    absl::StatusOr<BodyProperties> properties = from_proto(found.properties());
-    if (!properties.ok()) return properties.status();
-    result.bodies.push_back({BodyId{found.id()}, found.name(), *std::move(properties)});
-  }
-  for (const auto& [id, described] : reply->shapes()) {
-    absl::StatusOr<Shape> shape = from_proto(described);
-    if (!shape.ok()) return shape.status();
-    result.shapes.emplace(id, *std::move(shape));
-  }
-  return result;
+  QueryList queries;
+  const auto found = queries.find_bodies(query);
+  const absl::StatusOr<Answers> answers = ask(queries, timeout);
+  if (!answers.ok()) return answers.status();
+  return (*answers)[found];
 }
 
 absl::StatusOr<FoundJoints> Client::find_joints(const std::string& prefix, std::uint64_t limit,
                                                 absl::Duration timeout) {
-  v1::ListJointsRequest request;
-  request.set_name_prefix(prefix);
-  request.set_limit(limit);
-  const auto reply = impl_->call(&Stub::ListJoints, request, timeout);
-  if (!reply.ok()) return reply.status();
-  FoundJoints result;
-  result.truncated = reply->truncated();
-  for (const v1::ListJointsReply::Found& found : reply->joints()) {
-    absl::StatusOr<FoundJoint> joint = read(found);
-    if (!joint.ok()) return joint.status();
-    result.joints.push_back(*std::move(joint));
-  }
-  return result;
+  QueryList queries;
+  const auto found = queries.find_joints(prefix, limit);
+  const absl::StatusOr<Answers> answers = ask(queries, timeout);
+  if (!answers.ok()) return answers.status();
+  return (*answers)[found];
 }
 
 absl::StatusOr<FoundJoint> Client::find_joint(const std::string& name, absl::Duration timeout) {
@@ -408,18 +263,11 @@ absl::StatusOr<FoundJoint> Client::find_joint(const std::string& name, absl::Dur
 
 absl::StatusOr<FoundFrames> Client::find_frames(const std::string& prefix, std::uint64_t limit,
                                                 absl::Duration timeout) {
-  v1::ListFramesRequest request;
-  request.set_name_prefix(prefix);
-  request.set_limit(limit);
-  const auto reply = impl_->call(&Stub::ListFrames, request, timeout);
-  if (!reply.ok()) return reply.status();
-  FoundFrames result;
-  result.truncated = reply->truncated();
-  for (const v1::ListFramesReply::Found& found : reply->frames()) {
-    const v1::Frame& frame = found.frame();
-    result.frames.push_back({frame.name(), BodyId{frame.body()}, found.body(), from_proto(frame.pose())});
-  }
-  return result;
+  QueryList queries;
+  const auto found = queries.find_frames(prefix, limit);
+  const absl::StatusOr<Answers> answers = ask(queries, timeout);
+  if (!answers.ok()) return answers.status();
+  return (*answers)[found];
 }
 
 absl::StatusOr<FoundFrame> Client::find_frame(const std::string& name, absl::Duration timeout) {

@@ -1,4 +1,4 @@
-// How a client makes its calls: with deadlines, and commands once, over connections that may be lost.
+// How a client makes its calls: with deadlines, and requests once, over connections that may be lost.
 #pragma once
 
 #include <absl/status/status.h>
@@ -9,13 +9,17 @@
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "client_sdk/src/coordinators.h"
+#include "client_sdk/src/query_list.h"
+#include "client_sdk/src/request_session.h"
 #include "client_sdk/src/server_stream.h"
 #include "keys/keys_folder.h"
 #include "proto/disk.h"
@@ -31,7 +35,7 @@ inline constexpr absl::Duration kStatusTimeout = absl::Seconds(2);
 class Client::Impl {
  public:
   Impl(ClientKeys keys, std::shared_ptr<Coordinators> coordinators)
-      : keys_(std::move(keys)), coordinators_(std::move(coordinators)) {}
+      : keys_(std::move(keys)), coordinators_(std::move(coordinators)), session_(coordinators_) {}
 
   template <typename Request, typename Reply>
   using Method = Coordinators::Method<Request, Reply>;
@@ -41,10 +45,29 @@ class Client::Impl {
     return coordinators_->call(method, request, timeout);
   }
 
-  template <typename Request, typename Reply>
-  absl::StatusOr<Reply> call_once(Method<Request, Reply> method, const Request& request,
-                                  absl::Duration timeout) {
-    return coordinators_->call_once(method, request, timeout);
+  // With results of the kinds that were asked for. A request that asks after what it does waits for nothing
+  // else; `sees_own`: one that only asks sees what this client has done before.
+  absl::StatusOr<Answers> run(v1::Request request, absl::Duration timeout, bool sees_own) {
+    if (sees_own) request.set_after(last_applied_);
+    v1::Request queries;  // as they are compared with the results
+    *queries.mutable_queries() = request.queries();
+    absl::StatusOr<v1::Reply> reply = session_.call(std::move(request), timeout);
+    if (!reply.ok()) return reply.status();
+    if (absl::Status status = check_results(queries, *reply); !status.ok()) return status;
+    note(reply->applied().tick());
+    return Answers(std::make_shared<const v1::Reply>(*std::move(reply)));
+  }
+
+  void send(v1::Request request, std::function<void(absl::StatusOr<Answers>)> done) {
+    v1::Request queries;
+    *queries.mutable_queries() = request.queries();
+    session_.send(std::move(request), [this, queries = std::move(queries),
+                                       done = std::move(done)](absl::StatusOr<v1::Reply> reply) {
+      if (!reply.ok()) return done(reply.status());
+      if (absl::Status status = check_results(queries, *reply); !status.ok()) return done(status);
+      note(reply->applied().tick());
+      done(Answers(std::make_shared<const v1::Reply>(*std::move(reply))));
+    });
   }
 
   absl::StatusOr<SnapshotSummary> snapshot(WholeFile& file, absl::Duration timeout) {
@@ -99,14 +122,6 @@ class Client::Impl {
     return reply->tick();
   }
 
-  template <typename Request>
-  absl::StatusOr<Tick> command(Method<Request, v1::CommandReply> method, const Request& request,
-                               absl::Duration timeout) {
-    const absl::StatusOr<v1::CommandReply> reply = call_once(method, request, timeout);
-    if (!reply.ok()) return reply.status();
-    return reply->tick();
-  }
-
   // Subscribes at every server that takes part in the world, and waits until all of them have answered. A
   // world that recovers is waited for.
   template <typename Traits>
@@ -125,6 +140,12 @@ class Client::Impl {
   }
 
  private:
+  void note(Tick applied) {
+    Tick last = last_applied_;
+    while (last < applied && !last_applied_.compare_exchange_weak(last, applied)) {
+    }
+  }
+
   // With servers that take part in the world.
   absl::StatusOr<v1::StatusReply> watchable(absl::Time deadline) {
     for (;;) {
@@ -148,6 +169,8 @@ class Client::Impl {
 
   const ClientKeys keys_;
   const std::shared_ptr<Coordinators> coordinators_;  // streams have them, too
+  std::atomic<Tick> last_applied_ = 0;                // of this client's commands
+  RequestSession session_;                            // ends first: it calls the others
 };
 
 }  // namespace tessera

@@ -109,7 +109,6 @@ absl::StatusOr<std::shared_ptr<Coordinators>> Coordinators::connect(const std::s
                                              why_not(*coordinators->members_.front().stub, keys)));
 }
 
-// The first one from the last leader on that can be reached; without any, that leader.
 std::size_t Coordinators::find(absl::Time deadline) {
   const std::size_t first = place_;
   if (!are_several()) return first;
@@ -130,7 +129,6 @@ v1::Tessera::Stub& Coordinators::leader(absl::Duration timeout) {
   return stub(place_);
 }
 
-// Others are asked first after one that stands by, is gone, or does not answer.
 void Coordinators::leave(std::size_t place, const grpc::Status& status) {
   const bool is_in_doubt = status.error_code() == grpc::StatusCode::UNAVAILABLE ||
                            status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;

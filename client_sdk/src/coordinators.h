@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "keys/keys_folder.h"
-#include "proto/call_id.h"
 #include "proto/status.h"
 #include "tessera.grpc.pb.h"
 
@@ -51,29 +50,16 @@ class Coordinators {
     }
   }
 
-  // A command. Where its connection is lost, it is made again, under the same number, to whoever leads then:
-  // it is carried out once. UNAVAILABLE: nobody was there to take it again.
-  template <typename Request, typename Reply>
-  absl::StatusOr<Reply> call_once(Method<Request, Reply> method, const Request& request,
-                                  absl::Duration timeout) {
-    const std::string number = absl::StrCat(calls_.fetch_add(1) + 1);
-    const absl::Time deadline = absl::Now() + timeout;
-    for (;;) {
-      const std::size_t place = find(deadline);
-      grpc::ClientContext context;
-      set_deadline(context, deadline);
-      context.AddMetadata(kSessionHeader, session_);
-      context.AddMetadata(kCallHeader, number);
-      Reply reply;
-      const grpc::Status status = (stub(place).*method)(&context, request, &reply);
-      leave(place, status);
-      if (status.ok()) return reply;
-      const bool is_lost = status.error_code() == grpc::StatusCode::UNAVAILABLE &&
-                           !context.GetServerTrailingMetadata().contains(kAnsweredTrailer);
-      const bool is_again = is_lost ? comes_back(place, deadline) : stands_by(status) && are_several();
-      if (!is_again || !is_worth_another(deadline)) return explained(place, from_grpc(status), timeout);
-    }
-  }
+  // The first one from the last leader on that can be reached; without any by the deadline, that leader.
+  std::size_t find(absl::Time deadline);
+  v1::Tessera::Stub& stub(std::size_t place) { return *members_[place].stub; }
+  // A call to it has ended: others are asked first after one that stands by, is gone, or does not answer.
+  void leave(std::size_t place, const grpc::Status& status);
+  // Whether one whose connection was lost can be asked again, or others can.
+  bool comes_back(std::size_t place, absl::Time deadline);
+
+  // A number that no other client has.
+  const std::string& session() const { return session_; }
 
   // That of the coordinator that leads, as far as is known; errors of a call to it go to explained().
   v1::Tessera::Stub& leader(absl::Duration timeout);
@@ -100,16 +86,10 @@ class Coordinators {
   static void set_deadline(grpc::ClientContext& context, absl::Time deadline) {
     if (deadline != absl::InfiniteFuture()) context.set_deadline(absl::ToChronoTime(deadline));
   }
-  v1::Tessera::Stub& stub(std::size_t place) { return *members_[place].stub; }
-  std::size_t find(absl::Time deadline);
-  void leave(std::size_t place, const grpc::Status& status);
-  // Whether one whose connection was lost can be asked again, or others can.
-  bool comes_back(std::size_t place, absl::Time deadline);
   absl::Status explained(std::size_t place, const absl::Status& status, absl::Duration timeout) const;
 
   const std::vector<Member> members_;
-  const std::string session_;  // a number that no other client has
-  std::atomic<std::uint64_t> calls_ = 0;
+  const std::string session_;
   std::atomic<std::size_t> place_ = 0;  // of the one that led last
 };
 

@@ -18,6 +18,27 @@ double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi
 // The angle about x of a rotation, whatever its other components.
 double turn_about_x(const Quaterniond& q) { return wrapped(2 * portable::atan2(q.x(), q.w())); }
 
+// The child's joint frame in the parent's.
+Pose between_frames(const JointForm& joint, const JointPlace& place) {
+  const double q = place.position[0];
+  const Vector3d x = Vector3d::UnitX();
+  switch (joint.type) {
+    case JointType::kFixed:
+      return {};
+    case JointType::kBall:
+      return {Vector3d::Zero(), place.ball};
+    case JointType::kRevolute:
+      return {Vector3d::Zero(), rotation_by(q * x)};
+    case JointType::kPrismatic:
+      return {q * x, Quaterniond::Identity()};
+    case JointType::kScrew:
+      return {joint.pitch * q * x, rotation_by(q * x)};
+    case JointType::kUniversal:
+      return {Vector3d::Zero(), rotation_by(q * x) * rotation_by(place.position[1] * Vector3d::UnitY())};
+  }
+  return {};
+}
+
 }  // namespace
 
 int axis_count(JointType type) {
@@ -106,6 +127,29 @@ JointState joint_state(const JointForm& joint, const JointSide& parent, const Jo
       break;
   }
   return state;
+}
+
+JointSide placed_child(const JointForm& joint, const JointSide& parent, const JointPlace& place) {
+  const Pose a = parent.pose * joint.in_parent;
+  const Pose b = a * between_frames(joint, place);
+  const Vector3d x = a.orientation * Vector3d::UnitX();
+  JointSide child;
+  child.pose = b * joint.in_child.inverse();
+  child.pose.orientation.normalize();
+  child.angular_velocity = parent.angular_velocity;
+  Vector3d flow = Vector3d::Zero();  // of the child's frame, as seen from the parent
+  if (joint.type == JointType::kPrismatic) {
+    flow = x * place.velocity[0];
+  } else if (axis_count(joint.type) > 0) {
+    child.angular_velocity += x * place.velocity[0];
+  }
+  if (joint.type == JointType::kScrew) flow = x * (joint.pitch * place.velocity[0]);
+  if (joint.type == JointType::kUniversal)
+    child.angular_velocity += b.orientation * Vector3d::UnitY() * place.velocity[1];
+  child.linear_velocity = parent.linear_velocity +
+                          parent.angular_velocity.cross(b.position - parent.pose.position) + flow -
+                          child.angular_velocity.cross(b.position - child.pose.position);
+  return child;
 }
 
 }  // namespace tessera

@@ -133,4 +133,15 @@ std::array<double, 2> joint_position(JointType type, const Pose& parent_frame, c
 // `parent` and `child` relative to one origin near both; the world as a parent is a side at `anchor` at rest.
 JointState joint_state(const JointForm& joint, const JointSide& parent, const JointSide& child);
 
+// The coordinates of a joint that a child is placed by.
+struct JointPlace {
+  std::array<double, 2> position{};  // rad or m
+  std::array<double, 2> velocity{};  // rad/s or m/s
+  Eigen::Quaterniond ball = Eigen::Quaterniond::Identity();  // of a ball joint: child's frame in the parent's
+};
+
+// The child of `parent` with these coordinates, relative to the same origin: the inverse of joint_state(). The
+// child of a ball joint has no spin relative to its parent.
+JointSide placed_child(const JointForm& joint, const JointSide& parent, const JointPlace& place);
+
 }  // namespace tessera

@@ -21,16 +21,16 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
-#include <map>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "lpss/model/tick_counts.h"
 #include "lpss/model/tick_times.h"
 #include "lpss/model/world_description.h"
+#include "tessera/batch.h"
 #include "tessera/joints.h"
 #include "tessera/stream.h"
 
@@ -38,23 +38,6 @@ namespace tessera {
 
 inline constexpr absl::Duration kCallTimeout = absl::Seconds(10);
 inline constexpr absl::Duration kLoadTimeout = absl::Seconds(120);
-
-// A body by its id or by its name.
-using BodyName = std::variant<BodyId, std::string>;
-
-// A body to spawn. `body.properties.shape` is ignored: `shape` is used.
-struct NewBody {
-  BodyDescription body;
-  Shape shape;
-};
-
-// A joint to add, with its frames in body frames. The bodies of `joint.properties` are ignored: `parent` and
-// `child` are used.
-struct NewJoint {
-  JointDescription joint;          // a missing name is generated
-  std::optional<BodyName> parent;  // none: the world
-  BodyName child;
-};
 
 // Shapes of one part, in the body's frame.
 Shape box(double x, double y, double z);
@@ -65,12 +48,6 @@ Shape cylinder(double radius, double length);
 // A dynamic body of uniform density, with the inertia of its shape if that is one box, sphere, capsule,
 // cylinder or ellipsoid, and otherwise that of its bounding sphere.
 NewBody solid(std::string name, Shape shape, double mass, const WorldPosition& position);
-
-// The target of a body; without an orientation, it keeps its own.
-struct TargetPose {
-  WorldPosition position;
-  std::optional<Eigen::Quaterniond> orientation = std::nullopt;
-};
 
 struct SnapshotSummary {
   Tick tick = 0;  // completed
@@ -93,73 +70,9 @@ struct AddedJoint {
   Tick tick = 0;  // the first that it takes part in
 };
 
-// Finds the bodies that overlap a probe, or are nearest to it.
-struct NearQuery {
-  WorldPose pose;
-  std::optional<Geometry> probe;  // convex; none: a point
-  double reach = 0;               // m from the probe's surface, up to 4 sectors; 0: overlaps only
-  std::uint32_t mask = 0;         // collision categories that count; 0: all
-  std::uint64_t limit = 0;        // how many at most; 0: 1000
-};
-
-struct Neighbour {
-  BodyId body;
-  std::string name;
-  double distance = 0;  // m, between the surfaces; 0 if they overlap
-};
-
-struct RayQuery {
-  WorldPosition origin;
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // of any length but zero
-  double length = 100;                                   // m
-  std::uint32_t mask = 0;                                // collision categories that count; 0: all
-};
-
-struct RayResult {
-  BodyId body;
-  std::string name;
-  double distance = 0;  // m
-  WorldPosition position;
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-};
-
 struct HashAt {
   Tick tick = 0;
   std::string hash;  // 32 hexadecimal digits
-};
-
-struct FoundBody {
-  BodyId id;
-  std::string name;
-  BodyProperties properties;
-};
-
-// Finds the bodies that meet all conditions that are set.
-struct BodyQuery {
-  std::string prefix;       // of the name
-  std::vector<BodyId> ids;  // empty: all; unknown ids are skipped
-  bool only_static = false;
-  bool with_shapes = false;
-  std::uint64_t limit = 0;  // how many at most; 0: 1000
-};
-
-struct FoundBodies {
-  std::vector<FoundBody> bodies;    // ascending by id
-  bool truncated = false;           // there are more
-  std::map<ShapeId, Shape> shapes;  // if requested: by BodyProperties::shape
-};
-
-// A frame that is fixed to a body: frame_pose() has its pose.
-struct FoundFrame {
-  std::string name;
-  BodyId body;
-  std::string body_name;
-  Pose pose;  // in the body frame
-};
-
-struct FoundFrames {
-  std::vector<FoundFrame> frames;  // ascending by name
-  bool truncated = false;          // there are more
 };
 
 // The pose of a frame, from its body at one tick. A position that would leave the range of sectors stays
@@ -281,49 +194,69 @@ class Client {
   absl::StatusOr<LoadSummary> restore(const std::filesystem::path& file, bool replace = false,
                                       absl::Duration timeout = kLoadTimeout);
 
-  // --- bodies: each takes effect at the beginning of the tick that it returns, in the order of the calls ---
+  // --- commands, ticks and queries ---
+
+  // Does all of the batch in its order; with queries, one message there and back. Commands are accepted, and
+  // stored, when it returns: they take effect at the tick that the answers name. A request whose connection is
+  // lost is made again, to whoever leads then, and carried out once.
+  absl::StatusOr<Answers> run(const Batch& batch, absl::Duration timeout = absl::InfiniteDuration());
+
+  // Likewise, without waiting for the answers: thousands a second. They take effect in the order in which they
+  // are sent. Waits where more than 1024 have no answer, or the coordinator does not keep up. `done` gets the
+  // answers, on a thread of the client, and must not wait there.
+  void send(const Batch& batch, std::function<void(absl::StatusOr<Answers>)> done);
+
+  absl::StatusOr<Applied> apply(const CommandList& commands, absl::Duration timeout = kCallTimeout);
+  // Sees what this client has done before, unless the world is paused.
+  absl::StatusOr<Answers> ask(const QueryList& queries, absl::Duration timeout = kCallTimeout);
+
+  // --- one command: it takes effect at the beginning of the tick that it returns. See CommandList ---
 
   absl::StatusOr<Spawned> spawn(const NewBody& body, absl::Duration timeout = kCallTimeout);
-  absl::StatusOr<Tick> remove(const BodyName& body, absl::Duration timeout = kCallTimeout);
-  // A kinematic body goes on with these velocities (m/s, rad/s) until another command changes them.
+  absl::StatusOr<Tick> remove(const BodyName& body, absl::Duration timeout = kCallTimeout) {
+    return tick_of(CommandList().remove(body), timeout);
+  }
   absl::StatusOr<Tick> set_velocity(const BodyName& body, const Eigen::Vector3d& linear,
-                                    const Eigen::Vector3d& angular, absl::Duration timeout = kCallTimeout);
-  // `impulse` in N s and `lever` in m from the centre of mass, along the world's axes.
+                                    const Eigen::Vector3d& angular, absl::Duration timeout = kCallTimeout) {
+    return tick_of(CommandList().set_velocity(body, linear, angular), timeout);
+  }
   absl::StatusOr<Tick> apply_impulse(const BodyName& body, const Eigen::Vector3d& impulse,
                                      const Eigen::Vector3d& lever = Eigen::Vector3d::Zero(),
-                                     absl::Duration timeout = kCallTimeout);
-  // For the duration of one tick.
+                                     absl::Duration timeout = kCallTimeout) {
+    return tick_of(CommandList().apply_impulse(body, impulse, lever), timeout);
+  }
   absl::StatusOr<Tick> apply_force(const BodyName& body, const Eigen::Vector3d& force,
                                    const Eigen::Vector3d& torque = Eigen::Vector3d::Zero(),
-                                   absl::Duration timeout = kCallTimeout);
-  // Moves the body frame to `pose`, with these velocities; values that are not given stay the same. Moves
-  // this body only: FAILED_PRECONDITION for one that joints hold, unless `alone`, after which joints pull
-  // what they hold together (teleport each link of a robot so, before the next tick).
+                                   absl::Duration timeout = kCallTimeout) {
+    return tick_of(CommandList().apply_force(body, force, torque), timeout);
+  }
   absl::StatusOr<Tick> teleport(const BodyName& body, const TargetPose& pose,
                                 const std::optional<Eigen::Vector3d>& linear_velocity = std::nullopt,
                                 const std::optional<Eigen::Vector3d>& angular_velocity = std::nullopt,
-                                absl::Duration timeout = kCallTimeout, bool alone = false);
-  // A kinematic body moves so that it reaches `pose` at the end of the tick, at the velocity that this takes,
-  // and then stays there until the next target or velocity.
+                                absl::Duration timeout = kCallTimeout, bool alone = false) {
+    return tick_of(CommandList().teleport(body, pose, linear_velocity, angular_velocity, alone), timeout);
+  }
   absl::StatusOr<Tick> set_kinematic_target(const BodyName& body, const TargetPose& pose,
-                                            absl::Duration timeout = kCallTimeout);
-
-  // How the surface of a body of any kind moves from now on, in its body frame and m/s: Surface in
-  // lpss/model/surface.h. Starts and stops conveyor belts (`velocity`) and tracks (`running`).
+                                            absl::Duration timeout = kCallTimeout) {
+    return tick_of(CommandList().set_kinematic_target(body, pose), timeout);
+  }
   absl::StatusOr<Tick> set_surface_motion(const BodyName& body, const Eigen::Vector3d& velocity,
                                           const Eigen::Vector3d& running = Eigen::Vector3d::Zero(),
-                                          absl::Duration timeout = kCallTimeout);
-
-  // --- joints: likewise ---
-
+                                          absl::Duration timeout = kCallTimeout) {
+    return tick_of(CommandList().set_surface_motion(body, velocity, running), timeout);
+  }
   absl::StatusOr<AddedJoint> add_joint(const NewJoint& joint, absl::Duration timeout = kCallTimeout);
-  absl::StatusOr<Tick> remove_joint(const JointName& joint, absl::Duration timeout = kCallTimeout);
-  // `axis` is 1, or 2 of a universal joint; the other one keeps its drive.
+  absl::StatusOr<Tick> remove_joint(const JointName& joint, absl::Duration timeout = kCallTimeout) {
+    return tick_of(CommandList().remove_joint(joint), timeout);
+  }
   absl::StatusOr<Tick> set_drive(const JointName& joint, const JointDrive& drive, int axis = 1,
-                                 absl::Duration timeout = kCallTimeout);
-  // Sets the drives of both axes of a universal joint.
+                                 absl::Duration timeout = kCallTimeout) {
+    return tick_of(CommandList().set_drive(joint, drive, axis), timeout);
+  }
   absl::StatusOr<Tick> set_drives(const JointName& joint, const JointDrives& drives,
-                                  absl::Duration timeout = kCallTimeout);
+                                  absl::Duration timeout = kCallTimeout) {
+    return tick_of(CommandList().set_drives(joint, drives), timeout);
+  }
 
   // --- time ---
 
@@ -334,7 +267,7 @@ class Client {
   // Returns the last tick once all are done, however long they take.
   absl::StatusOr<Tick> step(std::uint64_t ticks = 1, absl::Duration timeout = absl::InfiniteDuration());
 
-  // --- questions ---
+  // --- one query: see QueryList ---
 
   absl::StatusOr<ClusterStatus> status(absl::Duration timeout = kCallTimeout);
   absl::StatusOr<HashAt> hash(absl::Duration timeout = kCallTimeout);
@@ -400,6 +333,12 @@ class Client {
 
  private:
   class Impl;
+  absl::StatusOr<Tick> tick_of(const CommandList& command, absl::Duration timeout) {
+    const absl::StatusOr<Applied> applied = apply(command, timeout);
+    if (!applied.ok()) return applied.status();
+    return applied->tick;
+  }
+  static v1::Request request_of(const Batch& batch);
   explicit Client(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };

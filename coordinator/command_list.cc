@@ -1,0 +1,189 @@
+#include "coordinator/command_list.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <iterator>
+#include <utility>
+
+#include "coordinator/command_checks.h"
+#include "coordinator/limits.h"
+#include "coordinator/set_state.h"
+#include "lpss/model/checks.h"
+
+namespace tessera {
+namespace {
+
+using ClientCommands = google::protobuf::RepeatedPtrField<v1::Command>;
+
+class CommandList {
+ public:
+  CommandList(WorldRegistry& registry, Tick at, std::size_t shape_bytes_max)
+      : registry_(registry), at_(at), shape_bytes_max_(shape_bytes_max) {
+    given_.applied.set_tick(at);
+  }
+
+  absl::Status give(int place, const v1::Command& command) {
+    switch (command.kind_case()) {
+      case v1::Command::kSpawn:
+        return spawn(place, command.spawn());
+      case v1::Command::kRemove:
+        return remove(command.remove());
+      case v1::Command::kAddJoint:
+        return add_joint(place, command.add_joint());
+      case v1::Command::kSetState:
+        return take(checked(command.set_state(), registry_));
+      case v1::Command::kSetVelocity:
+        return take(checked(command.set_velocity(), registry_));
+      case v1::Command::kApplyImpulse:
+        return take(checked(command.apply_impulse(), registry_));
+      case v1::Command::kApplyForce:
+        return take(checked(command.apply_force(), registry_));
+      case v1::Command::kTeleport:
+        return take(checked(command.teleport(), registry_));
+      case v1::Command::kSetKinematicTarget:
+        return take(checked(command.set_kinematic_target(), registry_));
+      case v1::Command::kSetSurfaceMotion:
+        return take(checked(command.set_surface_motion(), registry_));
+      case v1::Command::kSetProperties:
+        return take(checked(command.set_properties(), registry_));
+      case v1::Command::kApplyRadialImpulse:
+        return take(checked(command.apply_radial_impulse(), registry_));
+      case v1::Command::kRemoveJoint:
+        return take(checked(command.remove_joint(), registry_));
+      case v1::Command::kSetJointDrives:
+        return take(checked(command.set_joint_drives(), registry_));
+      case v1::Command::KIND_NOT_SET:
+        break;
+    }
+    return refused("a command of no known kind");
+  }
+
+  GivenCommands finish() { return std::move(given_); }
+
+ private:
+  // As servers carry it out, for it is carried out on the registry.
+  void push(Command command) {
+    registry_.apply(command, at_);
+    given_.commands.push_back(std::move(command));
+  }
+  absl::Status take(absl::StatusOr<Command> command) {
+    if (!command.ok()) return command.status();
+    push(*std::move(command));
+    return absl::OkStatus();
+  }
+  absl::Status take(absl::StatusOr<std::vector<Command>> commands) {
+    if (!commands.ok()) return commands.status();
+    for (Command& command : *commands) push(std::move(command));
+    return absl::OkStatus();
+  }
+
+  absl::Status spawn(int place, const v1::Spawn& spawn) {
+    absl::StatusOr<WorldRegistry::Spawned> spawned = registry_.spawn(spawn, at_, shape_bytes_max_);
+    if (!spawned.ok()) return spawned.status();
+    v1::Created& created = *given_.applied.add_created();
+    created.set_command(place);
+    created.set_first_body(spawned->bodies.front().id.value);
+    created.set_bodies(spawned->bodies.size());
+    if (!spawned->joints.empty()) created.set_first_joint(spawned->joints.front().id.value);
+    created.set_joints(spawned->joints.size());
+    for (const BodyRecord& body : spawned->bodies) given_.commands.push_back(SpawnBody{body});
+    // What follows others comes after them.
+    std::vector<bool> is_added(spawned->joints.size());
+    for (std::size_t n = 0; n < spawned->joints.size(); ++n) add(spawned->joints, n, is_added);
+    std::move(spawned->new_shapes.begin(), spawned->new_shapes.end(), std::back_inserter(given_.new_shapes));
+    return absl::OkStatus();
+  }
+
+  void add(const std::vector<JointRecord>& joints, std::size_t n, std::vector<bool>& is_added) {
+    if (is_added[n]) return;
+    is_added[n] = true;
+    for (const JointAxis& axis : axes_of(joints[n].properties)) {
+      if (axis.mimic.is_set()) add(joints, axis.mimic.leader.value - joints.front().id.value, is_added);
+    }
+    given_.commands.push_back(registry_.addition_of(joints[n]));
+  }
+
+  absl::Status remove(const v1::Remove& removal) {
+    if (removal.what_case() == v1::Remove::kPrefix) {
+      if (removal.prefix().empty()) return refused("prefix must not be empty");
+      const std::vector<BodyId> ids = registry_.with_prefix(removal.prefix());
+      if (ids.empty()) {
+        return absl::NotFoundError(
+            absl::StrCat("there is no body whose name begins with '", removal.prefix(), "'"));
+      }
+      for (const BodyId id : ids) push(registry_.removal_of(id));
+      return absl::OkStatus();
+    }
+    const absl::StatusOr<BodyId> id = registry_.resolve(removal.body());
+    if (!id.ok()) return id.status();
+    push(registry_.removal_of(*id));
+    return absl::OkStatus();
+  }
+
+  absl::Status add_joint(int place, const v1::AddJoint& addition) {
+    const absl::StatusOr<JointRecord> joint = registry_.add_joint(addition);
+    if (!joint.ok()) return joint.status();
+    v1::Created& created = *given_.applied.add_created();
+    created.set_command(place);
+    created.set_first_joint(joint->id.value);
+    created.set_joints(1);
+    given_.commands.push_back(registry_.addition_of(*joint));
+    return absl::OkStatus();
+  }
+
+  WorldRegistry& registry_;
+  const Tick at_;
+  const std::size_t shape_bytes_max_;
+  GivenCommands given_;
+};
+
+// "commands[3] (spawn)", where there are others.
+absl::Status named(const absl::Status& status, int place, const v1::Command& command, int count) {
+  if (count == 1) return status;
+  const auto* field = v1::Command::descriptor()->FindFieldByNumber(command.kind_case());
+  return in(absl::StrCat("commands[", place, "]", field == nullptr ? "" : " (",
+                         field == nullptr ? "" : field->name(), field == nullptr ? "" : ")"),
+            status);
+}
+
+}  // namespace
+
+absl::StatusOr<GivenCommands> give(const ClientCommands& list, WorldRegistry& registry, Tick at,
+                                   std::size_t shape_bytes_max) {
+  if (list.size() > kCommandsPerListMax)
+    return refused("commands: ", list.size(), " elements must be at most ", kCommandsPerListMax);
+  CommandList commands(registry, at, shape_bytes_max);
+  for (int place = 0; place < list.size(); ++place) {
+    if (absl::Status status = commands.give(place, list[place]); !status.ok())
+      return named(status, place, list[place], list.size());
+  }
+  return commands.finish();
+}
+
+v1::RecordedCommands recorded_commands(const ClientCommands& list, const WorldRegistry& registry, Tick at) {
+  const WorldCatalogue next = registry.next_ids();
+  v1::RecordedCommands recorded;
+  recorded.set_tick(at);
+  recorded.set_next_body(next.next_body.value);
+  recorded.set_next_joint(next.next_joint.value);
+  *recorded.mutable_commands() = list;
+  return recorded;
+}
+
+absl::StatusOr<GivenCommands> give_again(const v1::RecordedCommands& recorded, WorldRegistry& registry) {
+  const WorldCatalogue next = registry.next_ids();
+  if (next.next_body.value != recorded.next_body() || next.next_joint.value != recorded.next_joint()) {
+    return absl::InternalError(absl::StrCat("the next body and joint have the ids ", next.next_body.value,
+                                            " and ", next.next_joint.value, ", but the log has ",
+                                            recorded.next_body(), " and ", recorded.next_joint()));
+  }
+  absl::StatusOr<GivenCommands> given = give(recorded.commands(), registry, recorded.tick());
+  if (given.ok()) {
+    registry.keep();
+  } else {
+    registry.roll_back();
+  }
+  return given;
+}
+
+}  // namespace tessera

@@ -1,0 +1,98 @@
+#include "coordinator/models.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <map>
+#include <utility>
+
+#include "lpss/model/checks.h"
+#include "lpss/model/validate.h"
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+v1::World world_of(const v1::Model& model, const WorldSettings& settings) {
+  v1::World world;
+  *world.mutable_settings() = to_proto(settings);
+  *world.mutable_shapes() = model.shapes();
+  *world.mutable_bodies() = model.bodies();
+  *world.mutable_joints() = model.joints();
+  *world.mutable_frames() = model.frames();
+  return world;
+}
+
+// A place that is relative to the centre of the sector (0, 0, 0), where that is at `origin`.
+absl::StatusOr<WorldPose> moved(const WorldPose& origin, const SectorIndex& sector, const Pose& pose,
+                                double sector_size) {
+  return compose(origin, {metres_between({}, sector, sector_size) + pose.position, pose.orientation},
+                 sector_size);
+}
+
+absl::Status move(WorldDescription& model, const WorldPose& origin) {
+  const double size = model.settings.sector_size;
+  for (BodyDescription& body : model.bodies) {
+    const WorldPosition& at = body.pose.position;
+    const absl::StatusOr<WorldPose> pose =
+        moved(origin, at.sector, {at.local, body.pose.orientation.normalized()}, size);
+    if (!pose.ok()) return in(absl::StrCat("body '", body.name, "'"), pose.status());
+    body.pose = *pose;
+    body.linear_velocity = origin.orientation * body.linear_velocity;
+    body.angular_velocity = origin.orientation * body.angular_velocity;
+  }
+  for (JointDescription& joint : model.joints) {
+    JointProperties& properties = joint.properties;
+    if (properties.parent.value != 0) continue;
+    const absl::StatusOr<WorldPose> pose = moved(origin, properties.anchor, properties.in_parent, size);
+    if (!pose.ok()) return in(absl::StrCat("joint '", joint.name, "'"), pose.status());
+    properties.anchor = pose->position.sector;
+    properties.in_parent = {pose->position.local, pose->orientation};
+  }
+  return absl::OkStatus();
+}
+
+void give_names(WorldDescription& model, const std::string& prefix, const ModelNames& names) {
+  for (std::size_t n = 0; n < model.bodies.size(); ++n) {
+    std::string& name = model.bodies[n].name;
+    name = name.empty() && prefix.empty() ? names.body(n) : absl::StrCat(prefix, name);
+  }
+  for (std::size_t n = 0; n < model.joints.size(); ++n) {
+    std::string& name = model.joints[n].name;
+    name = name.empty() ? names.joint(n) : absl::StrCat(prefix, name);
+  }
+  for (FrameDescription& frame : model.frames) frame.name = prefix + frame.name;
+}
+
+// Apart from those of all other models.
+void number_assemblies(WorldDescription& model, std::uint64_t first) {
+  std::map<std::uint64_t, std::uint64_t> numbers;
+  for (BodyDescription& body : model.bodies) {
+    std::uint64_t& assembly = body.properties.assembly;
+    if (assembly != 0) assembly = numbers.try_emplace(assembly, first + numbers.size()).first->second;
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<WorldDescription> placed_model(const v1::Spawn& spawn, const WorldSettings& settings,
+                                              std::uint64_t first_assembly, const ModelNames& names) {
+  if (spawn.model().bodies().empty()) return refused("model: it must have a body");
+  absl::StatusOr<WorldDescription> model = from_proto(world_of(spawn.model(), settings));
+  if (!model.ok()) return model.status();
+  model->settings = settings;
+  give_names(*model, spawn.prefix(), names);
+  number_assemblies(*model, first_assembly);
+  if (spawn.has_pose()) {
+    WorldPose origin = from_proto(spawn.pose());
+    const absl::StatusOr<WorldPosition> place =
+        canonical(origin.position.sector, origin.position.local, settings.sector_size);
+    if (!place.ok()) return in("pose", place.status());
+    if (absl::Status status = unit_quaternion("pose", origin.orientation); !status.ok()) return status;
+    if (absl::Status status = validate(*model); !status.ok()) return status;
+    origin = {*place, origin.orientation.normalized()};
+    if (absl::Status status = move(*model, origin); !status.ok()) return status;
+  }
+  return model;
+}
+
+}  // namespace tessera

@@ -1,0 +1,138 @@
+#include "coordinator/query_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "coordinator/limits.h"
+#include "lpss/model/checks.h"
+#include "lpss/model/limits.h"
+#include "lpss/model/validate.h"
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+absl::StatusOr<Eigen::Vector3d> unit_direction(const v1::Vector3& from) {
+  Eigen::Vector3d direction = from_proto(from);
+  if (absl::Status status = finite("direction", direction); !status.ok()) return status;
+  const double largest = direction.cwiseAbs().maxCoeff();
+  if (largest == 0) return refused("direction = (0, 0, 0) must not be zero");
+  direction /= largest;  // so that no square underflows or overflows
+  return direction.normalized();
+}
+
+// A way of that length, which is in bounds with its end; the direction as a unit vector.
+template <typename Query>
+absl::StatusOr<Eigen::Vector3d> checked_way(const Query& query, const WorldPosition& origin, double size) {
+  const absl::StatusOr<Eigen::Vector3d> direction = unit_direction(query.direction());
+  if (!direction.ok()) return direction.status();
+  const double length = query.length();
+  if (!std::isfinite(length) || length <= 0 || length > kRayLengthMax) {
+    return refused("length = ", length, " m must be above 0 m and at most ", kRayLengthMax, " m");
+  }
+  const double length_max = kRaySectorsMax * size / direction->lpNorm<1>();
+  if (length > length_max) {
+    return refused("length = ", length, " m must be at most ", length_max,
+                   " m: in this direction, the way then passes through ", kRaySectorsMax, " sectors");
+  }
+  const auto end = canonical(origin.sector, origin.local + length * *direction, size);
+  if (!end.ok()) return in("the end of the way", end.status());
+  return direction;
+}
+
+// Where a convex probe is: it is checked like a moving body.
+absl::StatusOr<WorldPose> checked_probe(const v1::Geometry& geometry, const v1::WorldPose& at,
+                                        const WorldRegistry& world) {
+  v1::Shape message;
+  *message.add_parts()->mutable_geometry() = geometry;
+  absl::StatusOr<Shape> shape = from_proto(message);
+  if (!shape.ok()) return shape.status();
+  if (absl::Status status = validate(*shape, "probe"); !status.ok()) return status;
+  BodyDescription probe;
+  probe.name = "probe";
+  probe.properties.motion = Motion::kKinematic;
+  probe.pose = from_proto(at);
+  if (absl::Status status = validate(probe, *shape, world.settings()); !status.ok()) return status;
+  const absl::StatusOr<WorldPosition> position =
+      canonical(probe.pose.position.sector, probe.pose.position.local, world.settings().sector_size);
+  if (!position.ok()) return position.status();
+  return WorldPose{*position, probe.pose.orientation.normalized()};
+}
+
+// What all have in common.
+template <typename Query>
+void take_filter(const Query& query, const WorldRegistry& world, Query& checked) {
+  checked.set_mask(query.mask() == 0 ? 0xffffffff : query.mask());
+  std::set<std::uint64_t> ids;
+  for (const v1::BodyRef& body : query.except()) {
+    if (const absl::StatusOr<BodyId> id = world.resolve(body); id.ok()) ids.insert(id->value);
+  }
+  for (const std::uint64_t id : ids) checked.add_except()->set_id(id);
+}
+
+}  // namespace
+
+absl::StatusOr<v1::RayQuery> checked(const v1::RayQuery& query, const WorldRegistry& world) {
+  if (!query.has_origin()) return refused("origin must be set");
+  const double size = world.settings().sector_size;
+  const WorldPosition given = from_proto(query.origin());
+  const absl::StatusOr<WorldPosition> origin = canonical(given.sector, given.local, size);
+  if (!origin.ok()) return in("origin", origin.status());
+  const absl::StatusOr<Eigen::Vector3d> direction = checked_way(query, *origin, size);
+  if (!direction.ok()) return direction.status();
+  if (!v1::RayQuery::Wanted_IsValid(query.wanted()))
+    return refused("wanted = ", static_cast<int>(query.wanted()), " must be FIRST, ALL or ANY");
+  v1::RayQuery ray;
+  *ray.mutable_origin() = to_proto(*origin);
+  *ray.mutable_direction() = to_proto(*direction);
+  ray.set_length(query.length());
+  ray.set_wanted(query.wanted());
+  take_filter(query, world, ray);
+  return ray;
+}
+
+absl::StatusOr<v1::SweepQuery> checked(const v1::SweepQuery& query, const WorldRegistry& world) {
+  if (!query.has_pose()) return refused("pose must be set");
+  if (!query.has_probe()) return refused("probe must be set");
+  const absl::StatusOr<WorldPose> pose = checked_probe(query.probe(), query.pose(), world);
+  if (!pose.ok()) return pose.status();
+  const absl::StatusOr<Eigen::Vector3d> direction =
+      checked_way(query, pose->position, world.settings().sector_size);
+  if (!direction.ok()) return direction.status();
+  v1::SweepQuery sweep;
+  *sweep.mutable_pose() = to_proto(*pose);
+  *sweep.mutable_probe() = query.probe();
+  *sweep.mutable_direction() = to_proto(*direction);
+  sweep.set_length(query.length());
+  take_filter(query, world, sweep);
+  return sweep;
+}
+
+// A point is a tiny ball.
+absl::StatusOr<v1::NearQuery> checked(const v1::NearQuery& query, const WorldRegistry& world) {
+  constexpr double kPointRadius = 1e-3;  // m
+  if (!query.has_pose()) return refused("pose must be set");
+  v1::NearQuery near;
+  if (query.has_probe()) {
+    *near.mutable_probe() = query.probe();
+  } else {
+    near.mutable_probe()->mutable_sphere()->set_radius(kPointRadius);
+  }
+  const absl::StatusOr<WorldPose> pose = checked_probe(near.probe(), query.pose(), world);
+  if (!pose.ok()) return pose.status();
+  const double size = world.settings().sector_size;
+  const double reach = query.reach();
+  if (!std::isfinite(reach) || reach < 0 || reach > kReachMax * size) {
+    return refused("reach = ", reach, " m must be 0 m to ", kReachMax, " sectors, which are ",
+                   kReachMax * size, " m");
+  }
+  *near.mutable_pose() = to_proto(*pose);
+  near.set_reach(reach);
+  near.set_limit(std::min(query.limit() == 0 ? kFoundBodiesDefault : query.limit(), kFoundBodiesMax));
+  take_filter(query, world, near);
+  return near;
+}
+
+}  // namespace tessera
