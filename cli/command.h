@@ -18,6 +18,7 @@ using Action = std::function<absl::Status()>;
 
 void add_run_command(CLI::App& app, Action& action);
 void add_cluster_commands(CLI::App& app, Action& action);
+void add_apply_command(CLI::App& app, Action& action);
 void add_body_commands(CLI::App& app, Action& action);
 void add_convert_command(CLI::App& app, Action& action);
 void add_joint_commands(CLI::App& app, Action& action);

@@ -20,6 +20,7 @@ int run(int argc, char** argv) {
   Action action;
   add_run_command(app, action);
   add_cluster_commands(app, action);
+  add_apply_command(app, action);
   add_body_commands(app, action);
   add_joint_commands(app, action);
   add_snapshot_commands(app, action);

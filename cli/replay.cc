@@ -29,10 +29,7 @@ using Stub = v1::Tessera::Stub;
 template <typename Request, typename Answer>
 using Method = grpc::Status (Stub::*)(grpc::ClientContext*, const Request&, Answer*);
 
-constexpr std::tuple kMethods(&Stub::Load, &Stub::Step, &Stub::GetHash, &Stub::Spawn, &Stub::Remove,
-                              &Stub::SetVelocity, &Stub::ApplyImpulse, &Stub::ApplyForce, &Stub::Teleport,
-                              &Stub::SetKinematicTarget, &Stub::AddJoint, &Stub::RemoveJoint,
-                              &Stub::SetJointDrives, &Stub::SetSurfaceMotion);
+constexpr std::tuple kMethods(&Stub::Load, &Stub::Do);
 
 // Processes on this machine.
 class NetworkCluster {
@@ -92,7 +89,7 @@ class NetworkCluster {
 struct Section {
   v1::World world;
   SnapshotChunks snapshot;  // in the place of a world
-  std::vector<v1::RecordedCommand> commands;
+  std::vector<v1::RecordedCommands> commands;
   absl::btree_map<Tick, std::string> hashes;
 };
 
@@ -120,7 +117,7 @@ class SectionReader {
       const bool begins = ahead_ && (ahead_->has_world() || ahead_->snapshot().has_head());
       if (!ahead_ || begins) return section;
       if (ahead_->has_snapshot()) section.snapshot.push_back(std::move(*ahead_->mutable_snapshot()));
-      if (ahead_->has_command()) section.commands.push_back(std::move(*ahead_->mutable_command()));
+      if (ahead_->has_commands()) section.commands.push_back(std::move(*ahead_->mutable_commands()));
       if (ahead_->has_hash()) section.hashes[ahead_->hash().tick()] = ahead_->hash().hash();
     }
   }
@@ -147,12 +144,12 @@ class Player {
     const Tick last = section.hashes.empty() ? 0 : section.hashes.rbegin()->first;
     ProgressBar progress(report_.world, last);
     auto hash = section.hashes.begin();
-    for (const v1::RecordedCommand& command : section.commands) {
-      for (; hash != section.hashes.end() && hash->first < command.tick(); ++hash) {
+    for (const v1::RecordedCommands& commands : section.commands) {
+      for (; hash != section.hashes.end() && hash->first < commands.tick(); ++hash) {
         if (absl::Status status = compare(hash->first, hash->second); !status.ok()) return status;
         progress.update(report_.tick);
       }
-      if (absl::Status status = give(command); !status.ok()) return status;
+      if (absl::Status status = give(commands); !status.ok()) return status;
     }
     for (; hash != section.hashes.end(); ++hash) {
       if (absl::Status status = compare(hash->first, hash->second); !status.ok()) return status;
@@ -179,72 +176,57 @@ class Player {
 
   absl::Status run_to(Tick tick) {
     if (tick <= report_.tick) return absl::OkStatus();
-    v1::StepRequest request;
+    v1::Request request;
     request.set_ticks(tick - report_.tick);
     report_.tick = tick;
-    return cluster_.template call<v1::StepRequest, v1::StepReply>(request).status();
+    return cluster_.template call<v1::Request, v1::Reply>(request).status();
   }
 
-  absl::Status give(const v1::RecordedCommand& command) {
-    if (absl::Status status = run_to(command.tick() - 1); !status.ok()) return status;
-    ++report_.commands;
-    using Kind = v1::RecordedCommand::RequestCase;
-    switch (command.request_case()) {
-      case Kind::kSpawn:
-        return send<v1::SpawnReply>(command, command.spawn());
-      case Kind::kRemove:
-        return send<v1::CommandReply>(command, command.remove());
-      case Kind::kSetVelocity:
-        return send<v1::CommandReply>(command, command.set_velocity());
-      case Kind::kApplyImpulse:
-        return send<v1::CommandReply>(command, command.apply_impulse());
-      case Kind::kApplyForce:
-        return send<v1::CommandReply>(command, command.apply_force());
-      case Kind::kTeleport:
-        return send<v1::CommandReply>(command, command.teleport());
-      case Kind::kKinematicTarget:
-        return send<v1::CommandReply>(command, command.kinematic_target());
-      case Kind::kAddJoint:
-        return send<v1::AddJointReply>(command, command.add_joint());
-      case Kind::kRemoveJoint:
-        return send<v1::CommandReply>(command, command.remove_joint());
-      case Kind::kSetJointDrives:
-        return send<v1::CommandReply>(command, command.set_joint_drives());
-      case Kind::kSurfaceMotion:
-        return send<v1::CommandReply>(command, command.surface_motion());
-      case Kind::REQUEST_NOT_SET:
-        break;
+  absl::Status give(const v1::RecordedCommands& recorded) {
+    if (absl::Status status = run_to(recorded.tick() - 1); !status.ok()) return status;
+    report_.commands += static_cast<std::uint64_t>(recorded.commands_size());
+    v1::Request request;
+    *request.mutable_commands() = recorded.commands();
+    const absl::StatusOr<v1::Reply> reply = cluster_.template call<v1::Request, v1::Reply>(request);
+    if (!reply.ok()) {
+      return absl::AbortedError(absl::StrCat("tick ", recorded.tick(), ": commands that were taken when they ",
+                                             "were recorded are refused: ", reply.status().message()));
     }
-    return absl::DataLossError(absl::StrCat("tick ", command.tick(), ": a command of an unknown kind"));
+    if (reply->applied().tick() != recorded.tick()) {
+      return absl::AbortedError(absl::StrCat("tick ", recorded.tick(), ": commands take effect at tick ",
+                                             reply->applied().tick(), " instead"));
+    }
+    return check_ids(recorded, reply->applied());
   }
 
-  template <typename Answer, typename Request>
-  absl::Status send(const v1::RecordedCommand& command, const Request& request) {
-    const absl::StatusOr<Answer> answer = cluster_.template call<Request, Answer>(request);
-    if (!answer.ok()) {
-      return absl::AbortedError(absl::StrCat("tick ", command.tick(),
-                                             ": a command that was taken when it was ",
-                                             "recorded is refused: ", answer.status().message()));
-    }
-    if (answer->tick() != command.tick()) {
-      return absl::AbortedError(absl::StrCat("tick ", command.tick(), ": a command takes effect at tick ",
-                                             answer->tick(), " instead"));
-    }
-    if constexpr (requires { answer->id(); }) {
-      if (answer->id() != command.id()) {
-        return absl::AbortedError(absl::StrCat("tick ", command.tick(), ": a new body or joint has the id ",
-                                               answer->id(), ", and had ", command.id()));
+  // Ids follow from those that come next before the list.
+  static absl::Status check_ids(const v1::RecordedCommands& recorded, const v1::Applied& applied) {
+    std::uint64_t body = recorded.next_body();
+    std::uint64_t joint = recorded.next_joint();
+    for (const v1::Created& created : applied.created()) {
+      const bool other_body = created.bodies() > 0 && created.first_body() != body;
+      const bool other_joint = created.joints() > 0 && created.first_joint() != joint;
+      if (other_body || other_joint) {
+        return absl::AbortedError(
+            absl::StrCat("tick ", recorded.tick(), ": a new ", other_body ? "body" : "joint", " has the id ",
+                         other_body ? created.first_body() : created.first_joint(), ", and had ",
+                         other_body ? body : joint));
       }
+      body += created.bodies();
+      joint += created.joints();
     }
     return absl::OkStatus();
   }
 
   absl::Status compare(Tick tick, const std::string& recorded) {
     if (absl::Status status = run_to(tick); !status.ok()) return status;
-    const auto now = cluster_.template call<v1::HashRequest, v1::HashReply>(v1::HashRequest());
+    v1::Request request;
+    request.add_queries()->mutable_hash();
+    const absl::StatusOr<v1::Reply> now = cluster_.template call<v1::Request, v1::Reply>(request);
     if (!now.ok()) return now.status();
-    if (now->hash() != recorded) {
-      return absl::AbortedError(absl::StrCat("tick ", tick, ": the world has the hash ", now->hash(),
+    const std::string& hash = now->results(0).hash().hash();
+    if (hash != recorded) {
+      return absl::AbortedError(absl::StrCat("tick ", tick, ": the world has the hash ", hash,
                                              ", and had ", recorded, " when it was recorded"));
     }
     ++report_.hashes;

@@ -3,10 +3,11 @@
 #include <absl/container/btree_map.h>
 #include <absl/strings/str_cat.h>
 
+#include <iterator>
 #include <utility>
 #include <vector>
 
-#include "coordinator/recorded_commands.h"
+#include "coordinator/command_list.h"
 #include "coordinator/world_registry.h"
 #include "proto/convert.h"
 
@@ -26,15 +27,13 @@ class Playback {
     return Playback(WorldRegistry(world, *records, *joints), *std::move(simulation));
   }
 
-  // Gives a command for the next tick.
-  absl::Status give(const v1::RecordedCommand& recorded) {
-    absl::StatusOr<GivenCommand> given = given_again(recorded, registry_);
+  // Gives commands for the next tick.
+  absl::Status give(const v1::RecordedCommands& recorded) {
+    absl::StatusOr<GivenCommands> given = give_again(recorded, registry_);
     if (!given.ok()) return given.status();
-    if (given->new_shape) {
-      const ShapeId id = given->new_shape->id();
-      simulation_->add_shape(id, registry_.shapes().ref(id));
-    }
-    commands_.push_back(std::move(given->command));
+    for (const v1::NumberedShape& shape : given->new_shapes)
+      simulation_->add_shape(shape.id(), registry_.shapes().ref(shape.id()));
+    std::move(given->commands.begin(), given->commands.end(), std::back_inserter(commands_));
     return absl::OkStatus();
   }
 
@@ -74,10 +73,10 @@ absl::StatusOr<std::string> Checker::untouched_hash(Tick tick) {
 }
 
 absl::Status Checker::check(std::span<const v1::RecordedInput> log) {
-  std::vector<const v1::RecordedCommand*> commands;
+  std::vector<const v1::RecordedCommands*> commands;
   absl::btree_map<Tick, std::string> hashes;  // may arrive after commands of later ticks
   for (const v1::RecordedInput& input : log) {
-    if (input.has_command()) commands.push_back(&input.command());
+    if (input.has_commands()) commands.push_back(&input.commands());
     if (!input.has_hash()) continue;
     const auto [place, is_new] = hashes.try_emplace(input.hash().tick(), input.hash().hash());
     if (!is_new && place->second != input.hash().hash()) {

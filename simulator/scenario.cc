@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <numeric>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -96,15 +96,15 @@ class Driver {
 
  private:
   void start_step(Tick ticks) {
-    v1::StepRequest request;
+    v1::Request request;
     request.set_ticks(ticks);
     begun_ += ticks;
-    step_ = cluster_.post<v1::StepRequest, v1::StepReply>(std::move(request));
+    step_ = cluster_.post<v1::Request, v1::Reply>(std::move(request));
   }
 
   // Where its coordinator is lost, the world does the step or has not heard of it.
   absl::Status end_step() {
-    absl::Status status = cluster_.wait<v1::StepReply>(step_).status();
+    absl::Status status = cluster_.wait<v1::Reply>(step_).status();
     step_.reset();
     if (!absl::IsUnavailable(status)) return status;
     return pause();
@@ -142,21 +142,26 @@ class Driver {
   const std::uint32_t commands_;
   std::uint64_t moves_ = 0;
   Tick begun_ = 0;
-  SimulatedCluster::Pending<v1::StepReply> step_;
+  SimulatedCluster::Pending<v1::Reply> step_;
 };
 
-// That each command that was acknowledged was stored as it was told.
-absl::Status check_stored(const std::vector<v1::RecordedCommand>& told,
-                          const std::vector<v1::RecordedCommand>& stored) {
-  std::multiset<std::string> all;
-  for (const v1::RecordedCommand& command : stored) all.insert(command.SerializeAsString());
-  for (const v1::RecordedCommand& command : told) {
-    const auto found = all.find(command.SerializeAsString());
-    if (found == all.end()) {
-      return absl::AbortedError(
-          absl::StrCat("a command was acknowledged for tick ", command.tick(), " and is not stored so"));
+// That each list that was acknowledged was stored, as it was told, and that none was stored twice.
+absl::Status check_stored(const std::vector<SimulatedCluster::Told>& told,
+                          const std::vector<v1::StoredInput>& stored) {
+  std::map<std::pair<std::uint64_t, std::uint64_t>, const v1::RecordedCommands*> all;
+  for (const v1::StoredInput& input : stored) {
+    if (!all.emplace(std::pair(input.session(), input.number()), &input.commands()).second)
+      return absl::AbortedError(absl::StrCat("request ", input.number(), " is stored twice"));
+  }
+  for (const SimulatedCluster::Told& request : told) {
+    const auto found = all.find({request.id.session, request.id.number});
+    const bool is_there = found != all.end() && found->second->tick() == request.tick &&
+                          std::ranges::equal(found->second->commands(), request.request.commands(), {},
+                                             &v1::Command::SerializeAsString, &v1::Command::SerializeAsString);
+    if (!is_there) {
+      return absl::AbortedError(absl::StrCat("request ", request.id.number, " was acknowledged for tick ",
+                                             request.tick, " and is not stored so"));
     }
-    all.erase(found);
   }
   return absl::OkStatus();
 }
@@ -304,19 +309,19 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
 absl::Status ScenarioRunner::check(const Scenario& scenario, SimulatedCluster& cluster,
                                    const std::vector<SnapshotChunks>& snapshots,
                                    std::vector<v1::RecordedInput> log, ScenarioReport& report) {
-  const absl::StatusOr<v1::HashReply> hash = cluster.hash();
+  const absl::StatusOr<SimulatedCluster::HashAt> hash = cluster.hash();
   if (!hash.ok()) return broken(hash.status());
-  report.hash = hash->hash();
+  report.hash = hash->hash;
   v1::RecordedHash& last = *log.emplace_back().mutable_hash();
-  last.set_tick(hash->tick());
-  last.set_hash(hash->hash());
-  if (hash->tick() != report.tick || hash->tick() < scenario.ticks) {
-    return absl::AbortedError(absl::StrCat("the world is at tick ", hash->tick(), ", not ", report.tick));
+  last.set_tick(hash->tick);
+  last.set_hash(hash->hash);
+  if (hash->tick != report.tick || hash->tick < scenario.ticks) {
+    return absl::AbortedError(absl::StrCat("the world is at tick ", hash->tick, ", not ", report.tick));
   }
   const absl::StatusOr<v1::StatusReply> status = cluster.status();
   if (!status.ok()) return broken(status.status());
   report.events = cluster.events();
-  const std::vector<v1::RecordedCommand> stored = cluster.stored_commands();
+  const std::vector<v1::StoredInput> stored = cluster.stored_commands();
   report.coverage = {.faults = cluster.faults(),
                      .disk = cluster.disk_faults(),
                      .packets = cluster.network().counts(),
@@ -329,7 +334,7 @@ absl::Status ScenarioRunner::check(const Scenario& scenario, SimulatedCluster& c
   if (absl::Status kept = check_stored(cluster.told_commands(), stored); !kept.ok()) return kept;
   if (absl::Status right = check_snapshots(snapshots, log); !right.ok()) return right;
   // Also those that nobody was told of.
-  for (const v1::RecordedCommand& command : stored) *log.emplace_back().mutable_command() = command;
+  for (const v1::StoredInput& input : stored) *log.emplace_back().mutable_commands() = input.commands();
   return checker_.check(log);
 }
 

@@ -304,13 +304,19 @@ absl::Status SimulatedCluster::restore(const SnapshotChunks& snapshot) {
   return call<RestoreChunks, v1::LoadReply>({/*replace=*/true, snapshot}).status();
 }
 
-absl::StatusOr<v1::StepReply> SimulatedCluster::step(std::uint64_t ticks) {
-  v1::StepRequest request;
+absl::Status SimulatedCluster::step(std::uint64_t ticks) {
+  v1::Request request;
   request.set_ticks(ticks);
-  return call<v1::StepRequest, v1::StepReply>(std::move(request));
+  return call<v1::Request, v1::Reply>(std::move(request)).status();
 }
 
-absl::StatusOr<v1::HashReply> SimulatedCluster::hash() { return call<v1::HashRequest, v1::HashReply>({}); }
+absl::StatusOr<SimulatedCluster::HashAt> SimulatedCluster::hash() {
+  v1::Request request;
+  request.add_queries()->mutable_hash();
+  const absl::StatusOr<v1::Reply> reply = call<v1::Request, v1::Reply>(std::move(request));
+  if (!reply.ok()) return reply.status();
+  return HashAt{reply->tick(), reply->results(0).hash().hash()};
+}
 
 absl::StatusOr<v1::StatusReply> SimulatedCluster::status() {
   return call<v1::StatusRequest, v1::StatusReply>({});

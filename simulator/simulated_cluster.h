@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -15,7 +16,6 @@
 #include <vector>
 
 #include "coordinator/coordinator.h"
-#include "coordinator/recording.h"
 #include "lpss/model/world_description.h"
 #include "lpss/tick/messages.h"
 #include "sector_server/sector_server.h"
@@ -67,8 +67,12 @@ class SimulatedCluster {
   // The cluster runs until the answer arrives. DEADLINE_EXCEEDED if no events are left before that.
   absl::Status load(const WorldDescription& world);
   absl::Status restore(const SnapshotChunks& snapshot);  // in the place of a world that is loaded
-  absl::StatusOr<v1::StepReply> step(std::uint64_t ticks);
-  absl::StatusOr<v1::HashReply> hash();
+  absl::Status step(std::uint64_t ticks);
+  struct HashAt {
+    Tick tick = 0;
+    std::string hash;
+  };
+  absl::StatusOr<HashAt> hash();
   absl::StatusOr<v1::StatusReply> status();
 
   // Any other request.
@@ -79,7 +83,7 @@ class SimulatedCluster {
 
   // The same in two parts, with other calls allowed in between. Errors of wait() as above.
   template <typename Request, typename Answer>
-  Pending<Answer> post(Request request);
+  Pending<Answer> post(Request request, RequestId id = {});
   template <typename Answer>
   absl::StatusOr<Answer> wait(const Pending<Answer>& pending);
 
@@ -89,10 +93,15 @@ class SimulatedCluster {
   // ABORTED once something is not as it must be, such as a store that has lost what it had.
   const absl::Status& failure() const { return failure_; }
 
-  // All commands that are stored since the load, in their order.
-  std::vector<v1::RecordedCommand> stored_commands() const { return history_.commands(); }
-  // Those that clients were told of.
-  const std::vector<v1::RecordedCommand>& told_commands() const { return told_; }
+  // All lists of commands that are stored since the load, in their order.
+  std::vector<v1::StoredInput> stored_commands() const { return history_.commands(); }
+  // Those that clients were told of, and when they were told that these take effect.
+  struct Told {
+    RequestId id;
+    Tick tick = 0;
+    v1::Request request;
+  };
+  const std::vector<Told>& told_commands() const { return told_; }
   // Whether there is a coordinator at present; without one, calls fail with UNAVAILABLE, as do those that one
   // leaves without an answer.
   bool has_coordinator() const { return coordinator_ != nullptr; }
@@ -175,7 +184,7 @@ class SimulatedCluster {
   std::unique_ptr<Link> coordinator_link_;
   std::vector<std::function<void()>> requests_;    // that it has yet to take
   std::vector<std::function<void()>> unanswered_;  // what to do if the coordinator is lost
-  std::vector<v1::RecordedCommand> told_;
+  std::vector<Told> told_;
   std::uint64_t coordinator_timer_ns_ = 0;
   std::vector<Server> servers_;
   std::optional<std::chrono::nanoseconds>
@@ -193,7 +202,7 @@ class SimulatedCluster {
 };
 
 template <typename Request, typename Answer>
-SimulatedCluster::Pending<Answer> SimulatedCluster::post(Request request) {
+SimulatedCluster::Pending<Answer> SimulatedCluster::post(Request request, RequestId id) {
   const auto result = std::make_shared<std::optional<absl::StatusOr<Answer>>>();
   const auto lose = [result] {
     if (!*result) *result = absl::UnavailableError("the coordinator was lost");
@@ -205,6 +214,7 @@ SimulatedCluster::Pending<Answer> SimulatedCluster::post(Request request) {
   unanswered_.push_back(lose);
   const auto call = std::make_shared<ClientCall<Request, Answer>>();
   call->request = std::move(request);
+  call->id = id;
   call->reply = [result](const absl::Status& status, const Answer& answer) {
     if (*result) return;  // whom the client did not wait for
     if (status.ok()) {
@@ -213,9 +223,14 @@ SimulatedCluster::Pending<Answer> SimulatedCluster::post(Request request) {
       *result = status;
     }
   };
-  record_on_reply(*call, [this](const v1::RecordedInput& input) {
-    if (input.has_command()) told_.push_back(input.command());
-  });
+  if constexpr (std::same_as<Request, v1::Request>) {
+    call->reply = [this, id, request = call->request, reply = std::move(call->reply)](
+                      const absl::Status& status, const v1::Reply& answer) {
+      if (status.ok() && !request.commands().empty())
+        told_.push_back({id, answer.applied().tick(), request});
+      reply(status, answer);
+    };
+  }
   requests_.push_back([this, call] { coordinator_->handle(std::move(*call), now()); });
   network_.set_timer(kCoordinatorNode, network_.now_ns());
   return result;

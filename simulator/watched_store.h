@@ -52,10 +52,10 @@ class StoreHistory {
     return absl::OkStatus();
   }
 
-  std::vector<v1::RecordedCommand> commands() const {
-    std::vector<v1::RecordedCommand> commands;
+  std::vector<v1::StoredInput> commands() const {
+    std::vector<v1::StoredInput> commands;
     for (const v1::StoredInput& input : inputs_) {
-      if (input.has_command()) commands.push_back(input.command());
+      if (!input.commands().commands().empty()) commands.push_back(input);
     }
     return commands;
   }

@@ -19,6 +19,10 @@ constexpr double kEdge = 0.5;  // m, of the smallest new bodies
 constexpr std::uint64_t kSizes = 4;
 constexpr std::size_t kSnapshotsMax = 3;
 constexpr double kApart = 0.7;  // m, between two new bodies with a joint
+constexpr std::uint64_t kSnapshotEvery = 10;
+constexpr std::uint64_t kListMax = 5;
+constexpr int kTriesMax = 20;  // of a request whose coordinator is lost
+constexpr std::uint64_t kEventsBetweenTries = 50;
 
 v1::BodyRef by_id(std::uint64_t id) {
   v1::BodyRef body;
@@ -31,7 +35,7 @@ void drop(std::vector<std::uint64_t>& ids, std::uint64_t id) { std::erase(ids, i
 }  // namespace
 
 Workload::Workload(std::uint64_t seed, const WorldDescription& world)
-    : dice_(seed, kWorkloadStream), settings_(world.settings) {
+    : dice_(seed, kWorkloadStream), session_(seed + 1), settings_(world.settings) {
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {
     if (world.bodies[i].properties.motion != Motion::kDynamic) continue;
     dynamic_.push_back(i + 1);
@@ -41,17 +45,57 @@ Workload::Workload(std::uint64_t seed, const WorldDescription& world)
 }
 
 absl::Status Workload::give_next(SimulatedCluster& cluster) {
-  using Request = absl::Status (Workload::*)(SimulatedCluster&);
-  static constexpr Request kOnBodies[] = {&Workload::push, &Workload::set_velocity, &Workload::apply_force,
-                                          &Workload::teleport, &Workload::remove_body};
+  if (snapshots_.size() < kSnapshotsMax && dice_.one_in(kSnapshotEvery)) return take_snapshot(cluster);
+  v1::Request request;
+  const std::uint64_t commands = dice_.one_in(3) ? 1 + dice_.below(kListMax) : 1;
+  for (std::uint64_t n = 0; n < commands; ++n) add_command(request);
+  return send(cluster, request);
+}
+
+void Workload::add_command(v1::Request& request) {
+  using Add = void (Workload::*)(v1::Request&);
+  static constexpr Add kOnBodies[] = {&Workload::push,        &Workload::set_velocity,  &Workload::apply_force,
+                                      &Workload::teleport,    &Workload::remove_body,   &Workload::burst,
+                                      &Workload::set_properties};
   constexpr std::uint64_t kKinds = std::size(kOnBodies) + 5;
   const std::uint64_t kind = dice_.below(kKinds);
-  if (kind < std::size(kOnBodies) && !dynamic_.empty()) return (this->*kOnBodies[kind])(cluster);
-  if (kind == kKinds - 1 && !joints_.empty()) return remove_joint(cluster);
-  if (kind == kKinds - 2 && !kinematic_.empty()) return set_target(cluster);
-  if (kind == kKinds - 3) return spawn_pair(cluster);
-  if (kind == kKinds - 4 && snapshots_.size() < kSnapshotsMax) return take_snapshot(cluster);
-  return spawn(cluster, any_place(), dice_.one_in(4) ? Motion::kKinematic : Motion::kDynamic).status();
+  if (kind < std::size(kOnBodies) && !dynamic_.empty()) return (this->*kOnBodies[kind])(request);
+  if (kind == kKinds - 1 && !joints_.empty()) return remove_joint(request);
+  if (kind == kKinds - 2 && !kinematic_.empty()) return set_target(request);
+  if (kind == kKinds - 3) return spawn_pair(request);
+  if (kind == kKinds - 4 && !joints_.empty()) return place_pair(request);
+  spawn(request, any_place(), dice_.one_in(4) ? Motion::kKinematic : Motion::kDynamic);
+}
+
+// As a client does: where the answer is lost, the request is made again under its number, and a network may
+// bring it twice.
+absl::Status Workload::send(SimulatedCluster& cluster, const v1::Request& request) {
+  v1::Request numbered = request;
+  numbered.set_number(++last_number_);
+  numbered.set_answered(last_number_ - 1);
+  const RequestId id{session_, last_number_};
+  for (int tries = 0;; ++tries) {
+    const auto first = cluster.post<v1::Request, v1::Reply>(numbered, id);
+    const auto again = dice_.one_in(6) ? cluster.post<v1::Request, v1::Reply>(numbered, id) : first;
+    absl::StatusOr<v1::Reply> reply = cluster.wait<v1::Reply>(first);
+    if (!reply.ok() && again != first) reply = cluster.wait<v1::Reply>(again);
+    if (reply.ok()) take(request, reply->applied());
+    if (!absl::IsUnavailable(reply.status()) || tries == kTriesMax || dice_.one_in(3)) return reply.status();
+    cluster.run_events(kEventsBetweenTries);
+  }
+}
+
+// What it has made.
+void Workload::take(const v1::Request& request, const v1::Applied& applied) {
+  for (const v1::Created& created : applied.created()) {
+    const v1::Model& model = request.commands(static_cast<int>(created.command())).spawn().model();
+    for (std::uint64_t n = 0; n < created.bodies(); ++n) {
+      const bool is_dynamic = model.bodies(static_cast<int>(n)).properties().motion() == v1::MOTION_DYNAMIC;
+      (is_dynamic ? dynamic_ : kinematic_).push_back(created.first_body() + n);
+    }
+    if (created.joints() > 0)
+      joints_.push_back({created.first_joint(), created.first_body(), created.first_body() + 1});
+  }
 }
 
 v1::Vector3 Workload::any_vector(double longest) {
@@ -67,100 +111,115 @@ WorldPosition Workload::any_place() {
   return place.ok() ? *place : start;  // there is nothing beyond the last sector
 }
 
-absl::StatusOr<std::uint64_t> Workload::spawn(SimulatedCluster& cluster, const WorldPosition& place,
-                                              Motion motion) {
+// Some are equal, and shapes go with the last body that has them.
+v1::Body Workload::any_body(Motion motion, v1::Model& model) {
   WorldBuilder builder(settings_);
-  // Some are equal, and shapes go with the last body that has them.
   const double edge = kEdge * (1 + static_cast<double>(dice_.below(kSizes)) / kSizes);
   const ShapeId shape = builder.shape(dice_.one_in(2) ? Geometry(Box{{edge, edge, edge}}) : Sphere{edge / 2});
-  BodyDescription body = builder.add("", shape, 1, Eigen::Vector3d::Zero(), motion);
-  body.pose.position = place;
-  v1::SpawnRequest request;
-  *request.mutable_body() = to_proto(body);
-  *request.mutable_shape() = to_proto(builder.world().shapes.front());
-  const auto reply = cluster.call<v1::SpawnRequest, v1::SpawnReply>(std::move(request));
-  if (!reply.ok()) return reply.status();
-  (motion == Motion::kDynamic ? dynamic_ : kinematic_).push_back(reply->id());
-  return reply->id();
+  const BodyDescription body = builder.add("", shape, 1, Eigen::Vector3d::Zero(), motion);
+  *model.add_shapes() = to_proto(builder.world().shapes.front());
+  v1::Body message = to_proto(body);
+  message.mutable_properties()->set_shape(static_cast<std::uint64_t>(model.shapes_size()) - 1);
+  return message;
 }
 
-absl::Status Workload::spawn_pair(SimulatedCluster& cluster) {
-  const WorldPosition place = any_place();
+void Workload::spawn(v1::Request& request, const WorldPosition& place, Motion motion) {
+  v1::Model& model = *request.add_commands()->mutable_spawn()->mutable_model();
+  v1::Body body = any_body(motion, model);
+  *body.mutable_pose()->mutable_position() = to_proto(place);
+  *model.add_bodies() = std::move(body);
+}
+
+// Two bodies with a joint, as a model.
+void Workload::spawn_pair(v1::Request& request) {
+  v1::Spawn& spawn = *request.add_commands()->mutable_spawn();
+  *spawn.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
+  v1::Model& model = *spawn.mutable_model();
   const Eigen::Vector3d across(kApart, 0, 0);
-  const absl::StatusOr<WorldPosition> beside =
-      canonical(place.sector, place.local + across, settings_.sector_size);
-  const absl::StatusOr<std::uint64_t> parent = spawn(cluster, place, Motion::kDynamic);
-  if (!parent.ok() || !beside.ok()) return parent.status();
-  const absl::StatusOr<std::uint64_t> child = spawn(cluster, *beside, Motion::kDynamic);
-  if (!child.ok()) return child.status();
+  for (const Eigen::Vector3d& place : {Eigen::Vector3d(0, 0, 0), across}) {
+    v1::Body body = any_body(Motion::kDynamic, model);
+    *body.mutable_pose()->mutable_position() = to_proto(WorldPosition{{}, place});
+    *model.add_bodies() = std::move(body);
+  }
   JointDescription joint;
   joint.properties.type = JointType::kBall;
-  joint.properties.parent = BodyId{*parent};
-  joint.properties.child = BodyId{*child};
+  joint.properties.parent = BodyId{1};
+  joint.properties.child = BodyId{2};
   joint.properties.in_parent.position = across / 2;
   joint.properties.in_child.position = -across / 2;
-  v1::AddJointRequest request;
-  *request.mutable_joint() = to_proto(joint);
-  const auto reply = cluster.call<v1::AddJointRequest, v1::AddJointReply>(std::move(request));
-  if (reply.ok()) joints_.push_back({reply->id(), *parent, *child});
-  return reply.status();
+  *model.add_joints() = to_proto(joint);
 }
 
-absl::Status Workload::remove_body(SimulatedCluster& cluster) {
+void Workload::place_pair(v1::Request& request) {
+  const OwnJoint& joint = joints_[dice_.below(joints_.size())];
+  v1::SetState& state = *request.add_commands()->mutable_set_state();
+  v1::SetState::OfBody& parent = *state.add_bodies();
+  *parent.mutable_body() = by_id(joint.parent);
+  *parent.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
+  *parent.mutable_angular_velocity() = any_vector(3);
+  state.add_joints()->mutable_joint()->set_id(joint.id);
+}
+
+void Workload::remove_body(v1::Request& request) {
   const std::uint64_t id = any(dynamic_);
-  v1::RemoveRequest request;
-  *request.mutable_body() = by_id(id);
-  const auto reply = cluster.call<v1::RemoveRequest, v1::CommandReply>(std::move(request));
+  *request.add_commands()->mutable_remove()->mutable_body() = by_id(id);
   drop(dynamic_, id);
   std::erase_if(joints_, [id](const OwnJoint& joint) { return joint.parent == id || joint.child == id; });
-  return reply.status();
 }
 
-absl::Status Workload::remove_joint(SimulatedCluster& cluster) {
+void Workload::remove_joint(v1::Request& request) {
   const auto joint = joints_.begin() + static_cast<std::ptrdiff_t>(dice_.below(joints_.size()));
-  v1::RemoveJointRequest request;
-  request.mutable_joint()->set_id(joint->id);
+  request.add_commands()->mutable_remove_joint()->mutable_joint()->set_id(joint->id);
   joints_.erase(joint);
-  return cluster.call<v1::RemoveJointRequest, v1::CommandReply>(std::move(request)).status();
 }
 
-absl::Status Workload::push(SimulatedCluster& cluster) {
-  v1::ApplyImpulseRequest request;
-  *request.mutable_body() = by_id(any(dynamic_));
-  *request.mutable_impulse() = any_vector(8);
-  *request.mutable_lever() = any_vector(0.2);
-  return cluster.call<v1::ApplyImpulseRequest, v1::CommandReply>(std::move(request)).status();
+void Workload::push(v1::Request& request) {
+  v1::ApplyImpulse& command = *request.add_commands()->mutable_apply_impulse();
+  *command.mutable_body() = by_id(any(dynamic_));
+  *command.mutable_impulse() = any_vector(8);
+  *command.mutable_lever() = any_vector(0.2);
 }
 
-absl::Status Workload::set_velocity(SimulatedCluster& cluster) {
-  v1::SetVelocityRequest request;
-  *request.mutable_body() = by_id(any(dynamic_));
-  *request.mutable_linear() = any_vector(5);
-  *request.mutable_angular() = any_vector(5);
-  return cluster.call<v1::SetVelocityRequest, v1::CommandReply>(std::move(request)).status();
+void Workload::burst(v1::Request& request) {
+  v1::ApplyRadialImpulse& command = *request.add_commands()->mutable_apply_radial_impulse();
+  *command.mutable_centre() = to_proto(any_place());
+  command.set_radius(dice_.between(0.0, settings_.sector_size));
+  command.set_impulse(dice_.between(-4.0, 4.0));
 }
 
-absl::Status Workload::apply_force(SimulatedCluster& cluster) {
-  v1::ApplyForceRequest request;
-  *request.mutable_body() = by_id(any(dynamic_));
-  *request.mutable_force() = any_vector(100);
-  *request.mutable_torque() = any_vector(10);
-  return cluster.call<v1::ApplyForceRequest, v1::CommandReply>(std::move(request)).status();
+void Workload::set_velocity(v1::Request& request) {
+  v1::SetVelocity& command = *request.add_commands()->mutable_set_velocity();
+  *command.mutable_body() = by_id(any(dynamic_));
+  *command.mutable_linear() = any_vector(5);
+  *command.mutable_angular() = any_vector(5);
 }
 
-absl::Status Workload::teleport(SimulatedCluster& cluster) {
-  v1::TeleportRequest request;
-  request.set_alone(true);
-  *request.mutable_body() = by_id(any(dynamic_));
-  *request.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
-  return cluster.call<v1::TeleportRequest, v1::CommandReply>(std::move(request)).status();
+void Workload::set_properties(v1::Request& request) {
+  v1::SetProperties& command = *request.add_commands()->mutable_set_properties();
+  *command.mutable_body() = by_id(any(dynamic_));
+  command.set_friction(dice_.between(0.0, 1.0));
+  command.set_restitution(dice_.between(0.0, 0.5));
+  command.set_gravity(!dice_.one_in(8));
 }
 
-absl::Status Workload::set_target(SimulatedCluster& cluster) {
-  v1::KinematicTargetRequest request;
-  *request.mutable_body() = by_id(any(kinematic_));
-  *request.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
-  return cluster.call<v1::KinematicTargetRequest, v1::CommandReply>(std::move(request)).status();
+void Workload::apply_force(v1::Request& request) {
+  v1::ApplyForce& command = *request.add_commands()->mutable_apply_force();
+  *command.mutable_body() = by_id(any(dynamic_));
+  *command.mutable_force() = any_vector(100);
+  *command.mutable_torque() = any_vector(10);
+}
+
+void Workload::teleport(v1::Request& request) {
+  v1::Teleport& command = *request.add_commands()->mutable_teleport();
+  command.set_alone(true);
+  *command.mutable_body() = by_id(any(dynamic_));
+  *command.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
+}
+
+void Workload::set_target(v1::Request& request) {
+  v1::SetKinematicTarget& command = *request.add_commands()->mutable_set_kinematic_target();
+  *command.mutable_body() = by_id(any(kinematic_));
+  *command.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
 }
 
 absl::Status Workload::take_snapshot(SimulatedCluster& cluster) {

@@ -1,4 +1,5 @@
-// Random requests of clients, drawn from a seed: bodies are spawned, removed, pushed, moved and joined.
+// Random requests of a client, drawn from a seed: bodies are spawned, removed, pushed, moved, changed and joined, one
+// by one and in lists.
 #pragma once
 
 #include <absl/status/status.h>
@@ -17,7 +18,8 @@ class Workload {
   // For a loaded world that nobody else changes.
   Workload(std::uint64_t seed, const WorldDescription& world);
 
-  // Makes one request and waits for the answer. Errors are the cluster's: every request is valid.
+  // Makes one request and waits for the answer; some are made twice, and some again when the coordinator is lost, as
+  // clients do. Errors are the cluster's: every request is valid.
   absl::Status give_next(SimulatedCluster& cluster);
 
   // Those that were taken.
@@ -30,22 +32,31 @@ class Workload {
     std::uint64_t child;
   };
 
-  absl::StatusOr<std::uint64_t> spawn(SimulatedCluster& cluster, const WorldPosition& place, Motion motion);
-  absl::Status spawn_pair(SimulatedCluster& cluster);
-  absl::Status remove_body(SimulatedCluster& cluster);
-  absl::Status remove_joint(SimulatedCluster& cluster);
-  absl::Status push(SimulatedCluster& cluster);
-  absl::Status set_velocity(SimulatedCluster& cluster);
-  absl::Status apply_force(SimulatedCluster& cluster);
-  absl::Status teleport(SimulatedCluster& cluster);
-  absl::Status set_target(SimulatedCluster& cluster);
+  void add_command(v1::Request& request);
+  void spawn(v1::Request& request, const WorldPosition& place, Motion motion);
+  void spawn_pair(v1::Request& request);
+  void remove_body(v1::Request& request);
+  void remove_joint(v1::Request& request);
+  void push(v1::Request& request);
+  void burst(v1::Request& request);
+  void set_velocity(v1::Request& request);
+  void set_properties(v1::Request& request);
+  void place_pair(v1::Request& request);
+  void apply_force(v1::Request& request);
+  void teleport(v1::Request& request);
+  void set_target(v1::Request& request);
+  absl::Status send(SimulatedCluster& cluster, const v1::Request& request);
+  void take(const v1::Request& request, const v1::Applied& applied);
   absl::Status take_snapshot(SimulatedCluster& cluster);
 
   std::uint64_t any(const std::vector<std::uint64_t>& ids) { return ids[dice_.below(ids.size())]; }
   v1::Vector3 any_vector(double longest);
   WorldPosition any_place();
+  v1::Body any_body(Motion motion, v1::Model& model);
 
   Dice dice_;
+  const std::uint64_t session_;
+  std::uint64_t last_number_ = 0;
   WorldSettings settings_;
   std::vector<WorldPosition> places_;     // where bodies of the world started
   std::vector<std::uint64_t> dynamic_;    // ids of bodies, as below

@@ -1,5 +1,5 @@
 // Files of recorded inputs, up to the commands in them.
-#include "coordinator/recorded_commands.h"
+#include "coordinator/command_list.h"
 #include "coordinator/world_to_load.h"
 #include "proto/recording_file.h"
 #include "tests/fuzz/temporary_file.h"
@@ -17,6 +17,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       absl::StatusOr<WorldToLoad> world = described_world((*input)->world());
       if (world.ok()) registry.emplace(registry_of(*world));
     }
-    if ((*input)->has_command() && registry) static_cast<void>(given_again((*input)->command(), *registry));
+    if ((*input)->has_commands() && registry) static_cast<void>(give_again((*input)->commands(), *registry));
   }
 }

@@ -19,48 +19,14 @@ void ask(SmallCluster& cluster, const Request& request) {
       return cluster.ask<v1::LoadReply>(request.load());
     case Request::kUnload:
       return cluster.ask<v1::UnloadReply>(request.unload());
-    case Request::kSpawn:
-      return cluster.ask<v1::SpawnReply>(request.spawn());
-    case Request::kRemove:
-      return cluster.ask<v1::CommandReply>(request.remove());
-    case Request::kSetVelocity:
-      return cluster.ask<v1::CommandReply>(request.set_velocity());
-    case Request::kApplyImpulse:
-      return cluster.ask<v1::CommandReply>(request.apply_impulse());
-    case Request::kApplyForce:
-      return cluster.ask<v1::CommandReply>(request.apply_force());
-    case Request::kTeleport:
-      return cluster.ask<v1::CommandReply>(request.teleport());
-    case Request::kKinematicTarget:
-      return cluster.ask<v1::CommandReply>(request.kinematic_target());
-    case Request::kSurfaceMotion:
-      return cluster.ask<v1::CommandReply>(request.surface_motion());
-    case Request::kAddJoint:
-      return cluster.ask<v1::AddJointReply>(request.add_joint());
-    case Request::kRemoveJoint:
-      return cluster.ask<v1::CommandReply>(request.remove_joint());
-    case Request::kSetJointDrives:
-      return cluster.ask<v1::CommandReply>(request.set_joint_drives());
-    case Request::kListJoints:
-      return cluster.ask<v1::ListJointsReply>(request.list_joints());
+    case Request::kRequest:
+      return cluster.ask<v1::Reply>(request.request());
     case Request::kPause:
       return cluster.ask<v1::PauseReply>(request.pause());
     case Request::kResume:
       return cluster.ask<v1::ResumeReply>(request.resume());
-    case Request::kStep:
-      return cluster.ask<v1::StepReply>(request.step());
     case Request::kStatus:
       return cluster.ask<v1::StatusReply>(request.status());
-    case Request::kHash:
-      return cluster.ask<v1::HashReply>(request.hash());
-    case Request::kRaycast:
-      return cluster.ask<v1::RaycastReply>(request.raycast());
-    case Request::kNear:
-      return cluster.ask<v1::NearReply>(request.near());
-    case Request::kFindBodies:
-      return cluster.ask<v1::FindBodiesReply>(request.find_bodies());
-    case Request::kListFrames:
-      return cluster.ask<v1::ListFramesReply>(request.list_frames());
     case Request::kDrain:
       return cluster.ask<v1::DrainReply>(request.drain());
     case Request::kBalance:

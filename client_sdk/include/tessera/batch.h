@@ -9,12 +9,15 @@
 // Units: m, kg, s, rad, N; vectors along the world's axes.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <Eigen/Core>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -28,6 +31,11 @@ namespace v1 {
 class Reply;
 class Request;
 }  // namespace v1
+
+struct Batch;
+class Answers;
+absl::StatusOr<Batch> batch_from_json(std::string_view json);
+std::string to_json(const Answers& answers);
 
 // A body by its id or by its name.
 using BodyName = std::variant<BodyId, std::string>;
@@ -124,6 +132,7 @@ class CommandList {
 
  private:
   friend class Client;
+  friend absl::StatusOr<Batch> batch_from_json(std::string_view json);
   std::unique_ptr<v1::Request> request_;  // with these commands alone
 };
 
@@ -265,6 +274,7 @@ class QueryList {
 
  private:
   friend class Client;
+  friend absl::StatusOr<Batch> batch_from_json(std::string_view json);
   std::unique_ptr<v1::Request> request_;  // with these queries alone
 };
 
@@ -297,6 +307,7 @@ class Answers {
   FoundFrames operator[](QueryPlace<FoundFrames> place) const;
 
  private:
+  friend std::string to_json(const Answers& answers);
   std::shared_ptr<const v1::Reply> reply_;
 };
 
