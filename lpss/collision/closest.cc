@@ -110,6 +110,14 @@ std::optional<Closest<Scalar>> closest(const Core<Scalar>& a, const Core<Scalar>
   const AxialCase axial = closest_axial<Scalar>(a, b, placement, reach, before, known);
   if (axial == AxialCase::kApart) return std::nullopt;
   if (axial == AxialCase::kFound) return known;
+  return search_closest<Scalar>(a, b, placement, reach, before);
+}
+
+template <typename Scalar>
+std::optional<Closest<Scalar>> search_closest(const Core<Scalar>& a, const Core<Scalar>& b,
+                                              const Placement<Scalar>& placement,
+                                              std::type_identity_t<Scalar> reach,
+                                              const Vector3<Scalar>& before) {
   const PlacedCore<Scalar> placed_a(a, placement.a, Vector3<Scalar>::Zero());
   const PlacedCore<Scalar> placed_b(b, placement.b, placement.offset);
   Search<Scalar> search(placed_a, placed_b, reach);
@@ -127,5 +135,8 @@ template std::optional<Closest<float>> closest(const Core<float>&, const Core<fl
                                                const Placement<float>&, float, const Vector3<float>&);
 template std::optional<Closest<double>> closest(const Core<double>&, const Core<double>&,
                                                 const Placement<double>&, double, const Vector3<double>&);
+template std::optional<Closest<double>> search_closest(const Core<double>&, const Core<double>&,
+                                                       const Placement<double>&, double,
+                                                       const Vector3<double>&);
 
 }  // namespace tessera::collision

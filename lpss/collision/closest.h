@@ -28,4 +28,12 @@ std::optional<Closest<Scalar>> closest(const Core<Scalar>& a, const Core<Scalar>
                                        const Placement<Scalar>& placement, std::type_identity_t<Scalar> reach,
                                        const Vector3<Scalar>& before);
 
+// The same without closed forms, which take round shapes that are almost level for level: exact to rounding
+// for cores that round nothing off.
+template <typename Scalar>
+std::optional<Closest<Scalar>> search_closest(const Core<Scalar>& a, const Core<Scalar>& b,
+                                              const Placement<Scalar>& placement,
+                                              std::type_identity_t<Scalar> reach,
+                                              const Vector3<Scalar>& before);
+
 }  // namespace tessera::collision
