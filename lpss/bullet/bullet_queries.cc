@@ -5,6 +5,7 @@
 #include <LinearMath/btTransformUtil.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "lpss/bullet/bullet_world.h"
 #include "lpss/bullet/conversions.h"
@@ -41,6 +42,45 @@ struct SmallestDistance final : btCollisionWorld::ContactResultCallback {
   }
   btScalar distance = BT_LARGE_FLOAT;
 };
+
+// The deepest point of two that overlap.
+struct DeepestPoint final : btCollisionWorld::ContactResultCallback {
+  static constexpr btScalar kDeep = btScalar(1e-4);  // m: less is a touch
+  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper* first, int, int,
+                           const btCollisionObjectWrapper*, int, int) override {
+    if (point.getDistance() >= distance) return 0;
+    distance = point.getDistance();
+    normal = point.m_normalWorldOnB;
+    probe_is_first = first->getCollisionObject()->getInternalType() == btCollisionObject::CO_COLLISION_OBJECT;
+    return 0;
+  }
+  bool is_deep() const { return distance < -kDeep; }
+  btScalar distance = 0;
+  btVector3 normal{0, 0, 1};
+  bool probe_is_first = true;
+};
+
+// What a probe on its way meets of one body.
+struct FirstTouch {
+  explicit FirstTouch(const btVector3& way) : cast(way) {}
+
+  // The share of the way, and the normal on the body.
+  std::optional<std::pair<btScalar, btVector3>> found() const {
+    if (overlap.is_deep())
+      return std::pair(btScalar(0), overlap.probe_is_first ? overlap.normal : -overlap.normal);
+    if (cast.object == nullptr) return std::nullopt;
+    return std::pair(cast.m_closestHitFraction, cast.normal);
+  }
+
+  DeepestPoint overlap;
+  NearestHit cast;
+};
+
+void cast_ray(const btVector3& from, const btVector3& to, Body& other, NearestRayHit& nearest) {
+  btCollisionWorld::rayTestSingle(btTransform(btMatrix3x3::getIdentity(), from),
+                                  btTransform(btMatrix3x3::getIdentity(), to), &other.rigid,
+                                  other.shape->root(), other.rigid.getWorldTransform(), nearest);
+}
 
 }  // namespace
 
@@ -134,40 +174,64 @@ bool BulletWorld::reaches_home_body(const Eigen::AlignedBox3d& bounds, BodySlot&
   return !candidates.found.empty();
 }
 
-std::optional<RayHit> BulletWorld::raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                           std::uint32_t mask) const {
+std::vector<Body*> BulletWorld::bodies_along(const btVector3& from, const btVector3& to,
+                                             const QueryFilter& filter) const {
   if (bounds_are_old_) set_bounds_to_poses();
-  const btVector3 start = to_bullet(from);
-  const btVector3 end = to_bullet(to);
   const auto is_wanted = [&](const Body& other, const btBroadphaseProxy&) {
-    return other.role != Role::kClone && (other.category & mask) != 0;
+    return other.role != Role::kClone && filter.wants(other.id, other.category);
   };
   Collector<btBroadphaseRayCallback, decltype(is_wanted)> candidates(is_wanted);
-  const btVector3 ray = end - start;
+  const btVector3 ray = to - from;
   const btScalar length = ray.length();
-  if (!(length > 0)) return std::nullopt;
+  if (!(length > 0)) return {};
   for (int axis = 0; axis < 3; ++axis) {
     const btScalar slope = ray[axis] / length;
     candidates.m_rayDirectionInverse[axis] = slope == 0 ? btScalar(BT_LARGE_FLOAT) : 1 / slope;
     candidates.m_signs[axis] = candidates.m_rayDirectionInverse[axis] < 0;
   }
   candidates.m_lambda_max = length;
-  space().broadphase().rayTest(start, end, candidates);
+  space().broadphase().rayTest(from, to, candidates);
+  return candidates.sorted();
+}
+
+std::optional<RayHit> BulletWorld::raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                           const QueryFilter& filter) const {
+  const btVector3 start = to_bullet(from);
+  const btVector3 end = to_bullet(to);
   NearestRayHit nearest;
-  const btTransform ray_from(btMatrix3x3::getIdentity(), start);
-  const btTransform ray_to(btMatrix3x3::getIdentity(), end);
-  for (Body* other : candidates.sorted()) {
-    btCollisionWorld::rayTestSingle(ray_from, ray_to, &other->rigid, other->shape->root(),
-                                    other->rigid.getWorldTransform(), nearest);
-  }
+  for (Body* other : bodies_along(start, end, filter)) cast_ray(start, end, *other, nearest);
   if (!nearest.hasHit()) return std::nullopt;
   return RayHit{Body::of(nearest.m_collisionObject).id, nearest.m_closestHitFraction,
                 to_eigen(nearest.normal).normalized()};
 }
 
-std::vector<NearBody> BulletWorld::near(const Geometry& geometry, const Pose& pose, double reach,
-                                        std::uint32_t mask) {
+std::vector<RayHit> BulletWorld::raycast_all(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                             const QueryFilter& filter) const {
+  const btVector3 start = to_bullet(from);
+  const btVector3 end = to_bullet(to);
+  std::vector<RayHit> hits;
+  for (Body* other : bodies_along(start, end, filter)) {
+    NearestRayHit nearest;
+    cast_ray(start, end, *other, nearest);
+    if (!nearest.hasHit()) continue;
+    hits.push_back({other->id, nearest.m_closestHitFraction, to_eigen(nearest.normal).normalized()});
+  }
+  return hits;
+}
+
+std::vector<Body*> BulletWorld::bodies_in(const btVector3& low, const btVector3& high,
+                                          const QueryFilter& filter) const {
   if (bounds_are_old_) set_bounds_to_poses();
+  const auto is_wanted_here = [&](const Body& other, const btBroadphaseProxy&) {
+    return other.role != Role::kClone && filter.wants(other.id, other.category);
+  };
+  Collector<btBroadphaseAabbCallback, decltype(is_wanted_here)> candidates(is_wanted_here);
+  space().broadphase().aabbTest(low, high, candidates);
+  return candidates.sorted();
+}
+
+std::vector<NearBody> BulletWorld::near(const Geometry& geometry, const Pose& pose, double reach,
+                                        const QueryFilter& filter) const {
   const CollisionShape shape(Shape{{ShapePart{geometry, {}}}}, Pose{}, /*is_static=*/false);
   btCollisionObject probe;
   probe.setCollisionShape(shape.root());
@@ -176,19 +240,47 @@ std::vector<NearBody> BulletWorld::near(const Geometry& geometry, const Pose& po
   btVector3 high;
   shape.root()->getAabb(probe.getWorldTransform(), low, high);
   const btVector3 around = btVector3(1, 1, 1) * btScalar(reach);
-  const auto is_wanted_here = [&](const Body& other, const btBroadphaseProxy&) {
-    return other.role != Role::kClone && (other.category & mask) != 0;
-  };
-  Collector<btBroadphaseAabbCallback, decltype(is_wanted_here)> candidates(is_wanted_here);
-  space().broadphase().aabbTest(low - around, high + around, candidates);
   std::vector<NearBody> found;
-  for (Body* other : candidates.sorted()) {
+  for (Body* other : bodies_in(low - around, high + around, filter)) {
     SmallestDistance smallest{btScalar(reach)};
     space().world().contactPairTest(&probe, &other->rigid, smallest);
     if (smallest.distance <= btScalar(reach))
       found.push_back({other->id, std::max<double>(0, smallest.distance)});
   }
   return found;
+}
+
+std::optional<ProbeHit> BulletWorld::sweep(const Geometry& geometry, const Pose& pose,
+                                           const Eigen::Vector3d& direction, double length,
+                                           const QueryFilter& filter) const {
+  const CollisionShape shape(Shape{{ShapePart{geometry, {}}}}, Pose{}, /*is_static=*/false);
+  if (!shape.root()->isConvex()) return std::nullopt;
+  const auto& convex = *static_cast<const btConvexShape*>(shape.root());
+  const btTransform from = to_bullet(pose);
+  const btVector3 way = to_bullet(Eigen::Vector3d(direction * length));
+  const btTransform to(from.getBasis(), from.getOrigin() + way);
+  btCollisionObject probe;
+  probe.setCollisionShape(shape.root());
+  probe.setWorldTransform(from);
+  btVector3 low, high, low_at_end, high_at_end;
+  convex.getAabb(from, low, high);
+  convex.getAabb(to, low_at_end, high_at_end);
+  low.setMin(low_at_end);
+  high.setMax(high_at_end);
+  std::optional<ProbeHit> hit;
+  for (Body* other : bodies_in(low, high, filter)) {
+    FirstTouch touch(way);
+    space().world().contactPairTest(&probe, &other->rigid, touch.overlap);
+    if (!touch.overlap.is_deep()) {
+      btCollisionWorld::objectQuerySingle(&convex, from, to, &other->rigid, other->shape->root(),
+                                          other->rigid.getWorldTransform(), touch.cast,
+                                          /*allowedPenetration=*/0);
+    }
+    const std::optional<std::pair<btScalar, btVector3>> found = touch.found();
+    if (!found || (hit && hit->distance <= double(found->first) * length)) continue;
+    hit = ProbeHit{other->id, double(found->first) * length, to_eigen(found->second).normalized()};
+  }
+  return hit;
 }
 
 }  // namespace tessera::bullet

@@ -83,9 +83,14 @@ class BulletWorld final : public SectorWorld {
                       const ParallelFor& parallel) const override;
   bool reaches_home_body(const Eigen::AlignedBox3d& bounds, BodySlot& hint) const override;
   std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                std::uint32_t mask) const override;
+                                const QueryFilter& filter) const override;
+  std::vector<RayHit> raycast_all(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                  const QueryFilter& filter) const override;
   std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach,
-                             std::uint32_t mask) override;
+                             const QueryFilter& filter) const override;
+  // By Bullet's own cast.
+  std::optional<ProbeHit> sweep(const Geometry& probe, const Pose& pose, const Eigen::Vector3d& direction,
+                                double length, const QueryFilter& filter) const override;
 
   // For the solver: a body of this world, and the manifolds of a pair of contacts().
   Body& body(BodySlot slot) { return *bodies_[static_cast<std::size_t>(slot)]; }
@@ -121,6 +126,10 @@ class BulletWorld final : public SectorWorld {
   void set_bounds_to_pose(const Body& body) const;
   void set_bounds_to_poses() const;
   std::optional<SweepHit> sweep(Body& body, const btTransform& to) const;
+  // What queries may meet on a ray or in a box, by id.
+  std::vector<Body*> bodies_along(const btVector3& from, const btVector3& to,
+                                  const QueryFilter& filter) const;
+  std::vector<Body*> bodies_in(const btVector3& low, const btVector3& high, const QueryFilter& filter) const;
 
   BulletEngine& engine_;
   const EngineSettings& settings_;

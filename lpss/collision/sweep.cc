@@ -11,8 +11,9 @@ constexpr int kStepsMax = 64;
 // m: what is closer touches, and still has a direction.
 constexpr double kClose = 1e-7;
 
-// Whether two that touch at the start come no closer, or so little that they still just touch in the end.
-bool slides(double approach, const SweepWay& way) { return approach * way.length <= kSweepTouching; }
+// How much closer (m) two that touch at the start may come by the metre, and still slide: rounding of what
+// stands level.
+constexpr double kSlides = 1e-6;
 
 }  // namespace
 
@@ -28,7 +29,7 @@ std::optional<SweepContact> sweep(const Core<double>& a, const Core<double>& b,
     if (!found) return std::nullopt;
     const double approach = -way.direction.dot(found->normal);
     if (step == 0 && found->gap < -kSweepTouching) return SweepContact{0, found->normal};
-    if (step == 0 && found->gap <= kClose && slides(approach, way)) return std::nullopt;
+    if (step == 0 && found->gap <= kClose && approach <= kSlides) return std::nullopt;
     if (found->gap <= kClose) {
       const double rest = approach > 0 ? std::max(0.0, found->gap) / approach : 0;
       return SweepContact{std::min(gone + rest, way.length), found->normal};
@@ -46,7 +47,7 @@ std::optional<SweepContact> sweep(const Core<double>& a, const Core<double>& b,
 std::optional<SweepContact> sweep_at_plane(double gap, const Vector3<double>& normal, const SweepWay& way) {
   const double approach = -way.direction.dot(normal);
   if (gap < -kSweepTouching) return SweepContact{0, normal};
-  if (!(approach > 0) || (gap <= kClose && slides(approach, way))) return std::nullopt;
+  if (!(approach > 0) || (gap <= kClose && approach <= kSlides)) return std::nullopt;
   const double distance = std::max(0.0, gap) / approach;
   if (distance > way.length) return std::nullopt;
   return SweepContact{distance, normal};

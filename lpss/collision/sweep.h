@@ -6,8 +6,9 @@
 // another one: there, a gap or overlap of so much decides.
 //
 // Shapes that overlap by more than kSweepTouching at the start touch there, whichever way one goes. Those
-// that overlap by less, as at rest, do so only if that would grow beyond it on the way; so a shape may slide
-// along another one, and leave it. Bits depend on the arguments alone.
+// that overlap by less do so only if they come closer by more than 1e-6 m on a metre; so a shape may slide
+// along another one, and leave it. Bits depend on the arguments alone; where shapes touch does not depend on
+// how far the way goes on.
 //
 // Source: Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996, section 2.3.
 #pragma once

@@ -15,6 +15,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -96,6 +97,17 @@ struct ManifoldState {
   std::string points;
 };
 
+// Which bodies a query looks at.
+struct QueryFilter {
+  std::uint32_t mask = 0xffffffff;      // their category meets it
+  std::span<const BodyId> except = {};  // ascending; none of these
+
+  bool wants(BodyId id, std::uint32_t category) const {
+    return (category & mask) != 0 &&
+           (except.empty() || !std::binary_search(except.begin(), except.end(), id));
+  }
+};
+
 struct RayHit {
   BodyId body;
   double fraction = 1;                                // of the way from `from` to `to`
@@ -112,6 +124,14 @@ struct BodyOutside {
 struct StoppedBody {
   BodySlot slot = 0;
   DivergenceKind kind = DivergenceKind::kPosition;
+};
+
+// What a probe that moves touches first.
+struct ProbeHit {
+  BodyId body;
+  double distance = 0;  // m, of its way
+  Eigen::Vector3d normal =
+      Eigen::Vector3d::UnitZ();  // on the body, towards the probe; world axes, unit length
 };
 
 // A body near a probe.
@@ -245,14 +265,26 @@ class SectorWorld {
   // those, in any order.
   virtual std::vector<StoppedBody> integrate(double dt, const ParallelFor& parallel = {}) = 0;
 
-  // The nearest home or static body (never a clone) that the segment hits and whose category meets `mask`.
-  virtual std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                        std::uint32_t mask) const = 0;
+  // Queries look at home and static bodies, never at clones, that `filter` wants.
 
-  // The home and static bodies (never clones) whose shapes are within `reach` (m, >= 0) of a convex `probe`
-  // at `pose` and whose category meets `mask`, in ascending order of ids.
+  // The nearest one that the segment hits.
+  virtual std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                        const QueryFilter& filter) const = 0;
+
+  // The nearest hit of each one, in ascending order of ids.
+  virtual std::vector<RayHit> raycast_all(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                          const QueryFilter& filter) const = 0;
+
+  // Those whose shapes are within `reach` (m, >= 0) of a convex `probe` at `pose`, in ascending order of ids.
   virtual std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach,
-                                     std::uint32_t mask) = 0;
+                                     const QueryFilter& filter) const = 0;
+
+  // The first one that a convex `probe` touches that goes from `pose` for `length` m along `direction` (unit
+  // length), without turning; of several at the same distance, that of the lowest id. What counts as a touch:
+  // lpss/collision/sweep.h.
+  virtual std::optional<ProbeHit> sweep(const Geometry& probe, const Pose& pose,
+                                        const Eigen::Vector3d& direction, double length,
+                                        const QueryFilter& filter) const = 0;
 };
 
 // What a task takes from a world, or from elsewhere.

@@ -98,7 +98,7 @@ TEST(HeightFieldTest, SamplesLieWhereTheyAreSaidTo) {
   TestWorld world(*engine);
   world.add(static_body(1, kHeightFieldShape, {0, 0, 0}));
   const auto height_at = [&](double x, double y) {
-    const auto hit = world.world().raycast({x, y, 10}, {x, y, -10}, 1);
+    const auto hit = world.world().raycast({x, y, 10}, {x, y, -10}, {1});
     return hit ? 10 - 20 * hit->fraction : -100.0;
   };
   EXPECT_NEAR(height_at(0.3, 0.2), 0.5, 1e-3);
@@ -288,17 +288,17 @@ TEST(RaycastTest, FindsTheNearestThatIsWanted) {
   world.add(dynamic_body(10, kBoxShape, {3, 0, 0}));
   world.add(dynamic_body(12, kBoxShape, {1, 0, 0}), Role::kClone);
   world.add(static_body(1, kPlaneShape, {0, 0, -2}));
-  const auto hit = world.world().raycast({-2, 0.1, 0.1}, {8, 0.1, 0.1}, 0xffffffff);
+  const auto hit = world.world().raycast({-2, 0.1, 0.1}, {8, 0.1, 0.1}, {0xffffffff});
   ASSERT_TRUE(hit.has_value());
   EXPECT_EQ(hit->body.value, 10u) << "clones are not hit";
   EXPECT_NEAR(hit->fraction, 0.45, 1e-5);
   EXPECT_NEAR(hit->normal.x(), -1, 1e-5);
-  EXPECT_EQ(world.world().raycast({-2, 0.1, 0.1}, {8, 0.1, 0.1}, 4)->body.value, 11u);
-  EXPECT_EQ(world.world().raycast({-2, 0, 0}, {-2, 0, -9}, 1)->body.value, 1u);
-  EXPECT_FALSE(world.world().raycast({-2, 0, 0}, {-2, 0, 9}, 1).has_value());
+  EXPECT_EQ(world.world().raycast({-2, 0.1, 0.1}, {8, 0.1, 0.1}, {4})->body.value, 11u);
+  EXPECT_EQ(world.world().raycast({-2, 0, 0}, {-2, 0, -9}, {1})->body.value, 1u);
+  EXPECT_FALSE(world.world().raycast({-2, 0, 0}, {-2, 0, 9}, {1}).has_value());
   // Two at the same distance: the lower id.
   world.add(dynamic_body(9, kBoxShape, {3, 0, 0}));
-  EXPECT_EQ(world.world().raycast({-2, 0.1, 0.1}, {8, 0.1, 0.1}, 1)->body.value, 9u);
+  EXPECT_EQ(world.world().raycast({-2, 0.1, 0.1}, {8, 0.1, 0.1}, {1})->body.value, 9u);
 }
 
 TEST(RaycastTest, SeesBodiesWhereTheyHaveMovedTo) {
@@ -310,8 +310,8 @@ TEST(RaycastTest, SeesBodiesWhereTheyHaveMovedTo) {
   BodyState moved = world.state(10);
   moved.position = {50, 0, 0};
   world.world().set_state(world.slot(10), moved);
-  EXPECT_TRUE(world.world().raycast({50, 0, 5}, {50, 0, -5}, 1).has_value());
-  EXPECT_FALSE(world.world().raycast({0, 0, 5}, {0, 0, -5}, 1).has_value());
+  EXPECT_TRUE(world.world().raycast({50, 0, 5}, {50, 0, -5}, {1}).has_value());
+  EXPECT_FALSE(world.world().raycast({0, 0, 5}, {0, 0, -5}, {1}).has_value());
 }
 
 TEST(BoxTest, SweptBoxAndReach) {

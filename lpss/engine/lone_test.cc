@@ -86,10 +86,10 @@ TEST(LoneTest, IsFoundByQuestions) {
   BodySlot hint = kNoSlot;
   EXPECT_TRUE(world.world().reaches_home_body({place, place + away}, hint));
   EXPECT_FALSE(world.world().reaches_home_body({place + away, place + 2 * away}, hint));
-  const auto hit = world.world().raycast(place + away, place - away, ~0u);
+  const auto hit = world.world().raycast(place + away, place - away, {~0u});
   ASSERT_TRUE(hit.has_value());
   EXPECT_EQ(hit->body, BodyId{10});
-  EXPECT_EQ(world.world().near(Sphere{0.5}, {place + away, Eigen::Quaterniond::Identity()}, 5, ~0u).size(),
+  EXPECT_EQ(world.world().near(Sphere{0.5}, {place + away, Eigen::Quaterniond::Identity()}, 5, {~0u}).size(),
             1u);
   const std::uint64_t before = world.hash();
   world.run(10);

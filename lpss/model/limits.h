@@ -69,6 +69,7 @@ inline constexpr int kIncludeDepthMax = 16;
 
 inline constexpr double kRayLengthMax = 1e6;  // m
 inline constexpr std::size_t kRayGroundSectorsMax = 256;
+inline constexpr std::size_t kRayHitsMax = 256;  // bodies, of a ray that passes through them
 inline constexpr std::uint32_t kServersMax = 64;
 
 }  // namespace tessera

@@ -5,6 +5,7 @@
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <absl/container/inlined_vector.h>
 
+#include <cmath>
 #include <vector>
 
 #include "lpss/base/parallel.h"
@@ -23,6 +24,29 @@ struct Candidate {
   static constexpr std::int32_t kNone = -1;
 
   auto key() const { return std::pair(a.value, b.value); }
+};
+
+// A box that goes along a line without turning; a ray, if it has no size. In double precision.
+struct BoxOnWay {
+  Eigen::Vector3d from;  // m, its middle
+  Eigen::Vector3d to;
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();
+
+  // Whether it meets another box (Ericson, Real-Time Collision Detection, 2005, section 5.3.3).
+  bool meets(const Eigen::Vector3d& low, const Eigen::Vector3d& high) const {
+    const Eigen::Vector3d way = (to - from) / 2;
+    const Eigen::Vector3d reach = (high - low) / 2 + half;
+    const Eigen::Vector3d away = (from + to) / 2 - (low + high) / 2;
+    const Eigen::Vector3d length = way.cwiseAbs();
+    if ((away.cwiseAbs().array() > (reach + length).array()).any()) return false;
+    for (int k = 0; k < 3; ++k) {
+      const int i = (k + 1) % 3;
+      const int j = (k + 2) % 3;
+      if (std::abs(way[i] * away[j] - way[j] * away[i]) > reach[i] * length[j] + reach[j] * length[i])
+        return false;
+    }
+    return true;
+  }
 };
 
 class BroadPhase {
@@ -48,13 +72,29 @@ class BroadPhase {
 
   // Calls `visit(slot)` for each body whose enlarged box overlaps. Safe on several threads at a time.
   template <typename Visit>
-  void for_each_in(const Bounds& bounds, const Visit& visit) const;
+  void for_each_in(const Bounds& bounds, const Visit& visit) const {
+    const btDbvtVolume wanted = volume(bounds);
+    for_each_where([&](const btDbvtVolume& its) { return Intersect(its, wanted); }, visit);
+  }
+
+  // Likewise of those that a box meets on its way.
+  template <typename Visit>
+  void for_each_along(const BoxOnWay& way, const Visit& visit) const {
+    for_each_where(
+        [&](const btDbvtVolume& its) {
+          return way.meets(vector(its.Mins()).cast<double>(), vector(its.Maxs()).cast<double>());
+        },
+        visit);
+  }
 
  private:
   // The new pairs of the body in `slot`, which has left its enlarged box.
   template <typename IsWanted>
   void search(const std::vector<Body>& bodies, BodySlot slot, const IsWanted& is_wanted,
               std::vector<Candidate>& found) const;
+
+  template <typename IsWanted, typename Visit>
+  void for_each_where(const IsWanted& is_wanted, const Visit& visit) const;
 
   static btDbvtVolume volume(const Bounds& bounds) {
     return btDbvtVolume::FromMM(bt(bounds.low), bt(bounds.high));
@@ -118,15 +158,14 @@ void BroadPhase::find_pairs(std::vector<Body>& bodies, std::vector<Candidate>& c
   candidates.swap(merged_);
 }
 
-template <typename Visit>
-void BroadPhase::for_each_in(const Bounds& bounds, const Visit& visit) const {
+template <typename IsWanted, typename Visit>
+void BroadPhase::for_each_where(const IsWanted& is_wanted, const Visit& visit) const {
   if (!tree_.m_root) return;
-  const btDbvtVolume wanted = volume(bounds);
   absl::InlinedVector<const btDbvtNode*, 64> stack = {tree_.m_root};
   while (!stack.empty()) {
     const btDbvtNode* node = stack.back();
     stack.pop_back();
-    if (!Intersect(node->volume, wanted)) continue;
+    if (!is_wanted(node->volume)) continue;
     if (node->isleaf()) {
       visit(static_cast<BodySlot>(node->dataAsInt));
     } else {

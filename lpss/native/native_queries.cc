@@ -361,7 +361,7 @@ bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& bounds, BodySlot&
 }
 
 std::vector<NearBody> NativeWorld::near(const Geometry& geometry, const Pose& pose, double reach,
-                                        std::uint32_t mask) {
+                                        const QueryFilter& filter) const {
   const Solid probe(Shape{{ShapePart{geometry, {}}}}, Pose{}, /*is_static=*/false);
   const Frame at = frame(pose);
   const Bounds around = probe.bounds_at(at).grown(Scalar(reach));
@@ -370,7 +370,7 @@ std::vector<NearBody> NativeWorld::near(const Geometry& geometry, const Pose& po
   broad_phase_.for_each_in(around, [&](BodySlot slot) { candidates.push_back(slot); });
   std::vector<NearBody> found;
   for (const BodySlot slot : sorted(std::move(candidates), *this, [&](const Body& other) {
-         return other.role != Role::kClone && (other.category & mask) != 0;
+         return other.role != Role::kClone && filter.wants(other.id, other.category);
        })) {
     const Body& other = body(slot);
     const Scalar distance = NarrowPhase::distance(probe, at, *other.solid, other.pose, Scalar(reach));

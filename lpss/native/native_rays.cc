@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "lpss/collision/ray.h"
+#include "lpss/native/exact_frame.h"
 #include "lpss/native/native_world.h"
 
 namespace tessera::native {
@@ -14,34 +15,6 @@ namespace {
 
 using collision::Ray;
 using collision::RayContact;
-
-// Maps a frame to another, as Frame.
-struct ExactFrame {
-  Eigen::Matrix3d rotation;
-  Eigen::Vector3d position;
-
-  explicit ExactFrame(const Frame& f)
-      : rotation(f.rotation.cast<double>()), position(f.position.cast<double>()) {}
-  Ray inverse(const Ray& ray) const {
-    return {rotation.transpose() * (ray.from - position), rotation.transpose() * ray.way, ray.first,
-            ray.last};
-  }
-};
-
-// The pose of a body's solid. The numbers of the engine are a static body's own, rounded.
-ExactFrame exact_frame_of(const Body& body) {
-  ExactFrame frame(body.pose);
-  if (body.static_state) {
-    const Eigen::Matrix3d rotation =
-        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(body.static_state->rotation.data());
-    const ExactFrame offset(body.solid->offset());
-    frame.rotation = rotation * offset.rotation;
-    frame.position = Eigen::Vector3d(body.static_state->position.data()) + rotation * offset.position;
-  } else if (body.fine) {
-    frame.position = body.fine->position;
-  }
-  return frame;
-}
 
 Eigen::Vector3d exact(const btVector3& v) { return vector(v).cast<double>(); }
 
@@ -104,18 +77,20 @@ class RayAtBodies {
  public:
   explicit RayAtBodies(const Ray& ray) : ray_(ray) {}
 
-  void look_at(const Body& body) {
+  // Of the body; nothing where it is not met nearer than `limit`, as a fraction.
+  std::optional<RayHit> look_at(const Body& body, double limit) {
+    nearest_.reset();
     const Solid& solid = *body.solid;
     const ExactFrame frame = exact_frame_of(body);
     double moved = 0;
     Ray near = ray_.beside(frame.position, moved);
     // All of the shape is within this.
     const double reach = double(solid.radius()) + double(solid.margin());
-    if ((near.from - frame.position).squaredNorm() > reach * reach) return;
+    if ((near.from - frame.position).squaredNorm() > reach * reach) return std::nullopt;
     const double most = reach / near.way.norm();
     near.first = std::max(near.first, -most);
     near.last = std::min(near.last, most);
-    if (!(near.first <= near.last)) return;
+    if (!(near.first <= near.last) || near.first + moved > limit) return std::nullopt;
     const Ray in_body = frame.inverse(near);
     find_parts(solid, in_body);
     for (const std::uint32_t n : parts_) {
@@ -129,9 +104,8 @@ class RayAtBodies {
         take(body, meet_part(part, in_part), frame.rotation * place.rotation, moved + more);
       }
     }
+    return nearest_ && nearest_->fraction < limit ? nearest_ : std::nullopt;
   }
-
-  const std::optional<RayHit>& nearest() const { return nearest_; }
 
  private:
   void find_parts(const Solid& solid, const Ray& ray) {
@@ -154,25 +128,35 @@ class RayAtBodies {
   std::optional<RayHit> nearest_;
 };
 
+// More than any fraction.
+constexpr double kNoLimit = 2;
+
 }  // namespace
 
 std::optional<RayHit> NativeWorld::raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                           std::uint32_t mask) const {
+                                           const QueryFilter& filter) const {
   const Ray ray{from, to - from};
   if (!ray.is_sensible()) return std::nullopt;
-  refresh_bounds();
-  const Vector start = from.cast<Scalar>();
-  const Vector end = to.cast<Scalar>();
-  std::vector<BodySlot> near;
-  broad_phase_.for_each_in(Bounds{start.cwiseMin(end), start.cwiseMax(end)}, [&](BodySlot slot) {
-    const Body& other = body(slot);
-    if (other.role != Role::kClone && (other.category & mask) != 0) near.push_back(slot);
-  });
-  // Of bodies that are met at the same place, the first one counts.
-  std::sort(near.begin(), near.end(), [&](BodySlot a, BodySlot b) { return body(a).id < body(b).id; });
   RayAtBodies bodies(ray);
-  for (const BodySlot slot : near) bodies.look_at(body(slot));
-  return bodies.nearest();
+  std::optional<RayHit> nearest;
+  // Of bodies that are met at the same place, the first one counts.
+  for (const BodySlot slot : bodies_along({from, to}, filter)) {
+    const std::optional<RayHit> hit = bodies.look_at(body(slot), nearest ? nearest->fraction : kNoLimit);
+    if (hit) nearest = hit;
+  }
+  return nearest;
+}
+
+std::vector<RayHit> NativeWorld::raycast_all(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                             const QueryFilter& filter) const {
+  const Ray ray{from, to - from};
+  std::vector<RayHit> hits;
+  if (!ray.is_sensible()) return hits;
+  RayAtBodies bodies(ray);
+  for (const BodySlot slot : bodies_along({from, to}, filter)) {
+    if (const std::optional<RayHit> hit = bodies.look_at(body(slot), kNoLimit)) hits.push_back(*hit);
+  }
+  return hits;
 }
 
 }  // namespace tessera::native

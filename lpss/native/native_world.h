@@ -69,9 +69,13 @@ class NativeWorld final : public SectorWorld {
   void end_flight(BodySlot slot, const Eigen::Vector3d& acceleration, double dt) override;
   std::vector<StoppedBody> integrate(double dt, const ParallelFor& parallel) override;
   std::optional<RayHit> raycast(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                std::uint32_t mask) const override;
+                                const QueryFilter& filter) const override;
+  std::vector<RayHit> raycast_all(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                  const QueryFilter& filter) const override;
   std::vector<NearBody> near(const Geometry& probe, const Pose& pose, double reach,
-                             std::uint32_t mask) override;
+                             const QueryFilter& filter) const override;
+  std::optional<ProbeHit> sweep(const Geometry& probe, const Pose& pose, const Eigen::Vector3d& direction,
+                                double length, const QueryFilter& filter) const override;
 
   // For the solver.
   Body& body(BodySlot slot) { return bodies_[static_cast<std::size_t>(slot)]; }
@@ -211,6 +215,8 @@ class NativeWorld final : public SectorWorld {
   void stop_turning(std::span<const BodySlot> turning, const ParallelFor& parallel);
   void for_each_piece_of(std::span<const BodySlot> foreseen, const ParallelFor& parallel,
                          absl::FunctionRef<void(MeetingsPiece&, std::size_t)> act);
+  // What a query may meet on its way, in the order of ids.
+  std::vector<BodySlot> bodies_along(const BoxOnWay& way, const QueryFilter& filter) const;
   Contact* contact_of(BodySlot a, BodySlot b);
   void keep_still_clock(Body& body, double dt) const;
 

@@ -109,7 +109,7 @@ void expect_met_exactly(ShapeId id, const Shape& shape, Motion motion) {
     const Eigen::Vector3d from = body.position + draw().normalized() * (2 + 5 * std::abs(normal(random)));
     const Eigen::Vector3d to = 2 * (body.position + 0.4 * draw()) - from;
     const std::optional<RayContact> right = meet_shape(shape, planes, body, {from, to - from});
-    const std::optional<RayHit> got = world.world().raycast(from, to, 1);
+    const std::optional<RayHit> got = world.world().raycast(from, to, {1});
     if (right.has_value() != got.has_value()) {
       ++misses;
       continue;
@@ -143,7 +143,7 @@ TEST(RaysTest, PassOutOfWhatTheyBeginIn) {
   TestWorld world(*engine);
   world.add(static_body(1, engine_tests::kBoxShape, {0, 0, 0}));
   world.add(static_body(2, engine_tests::kSphereShape, {3, 0, 0}));
-  const auto hit = world.world().raycast({0, 0, 0}, {10, 0, 0}, 1);
+  const auto hit = world.world().raycast({0, 0, 0}, {10, 0, 0}, {1});
   ASSERT_TRUE(hit);
   EXPECT_EQ(hit->body.value, 2u);
   EXPECT_NEAR(hit->fraction, 0.25, 1e-12);
@@ -157,12 +157,12 @@ TEST(RaysTest, SurfacesAreMetFromBothSides) {
     const double height = id == engine_tests::kHeightFieldShape ? 0.5 : 0;
     world.add(static_body(1, id, {0, 0, -height}));
     for (const double side : {-1., 1.}) {
-      const auto hit = world.world().raycast({1.3, 0.4, 3 * side}, {2.3, 0.7, -1 * side}, 1);
+      const auto hit = world.world().raycast({1.3, 0.4, 3 * side}, {2.3, 0.7, -1 * side}, {1});
       ASSERT_TRUE(hit) << id;
       EXPECT_NEAR(hit->fraction, 0.75, 1e-7) << id;
       EXPECT_NEAR((hit->normal - Eigen::Vector3d(0, 0, side)).norm(), 0, 1e-7) << id;
     }
-    EXPECT_FALSE(world.world().raycast({1.3, 0.4, 3}, {2.3, 0.7, 0.1}, 1)) << id;
+    EXPECT_FALSE(world.world().raycast({1.3, 0.4, 3}, {2.3, 0.7, 0.1}, {1})) << id;
   }
 }
 
@@ -171,10 +171,10 @@ TEST(RaysTest, WhatIsNoRayMeetsNothing) {
   TestWorld world(*engine);
   world.add(static_body(1, engine_tests::kBoxShape, {0, 0, 0}));
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(world.world().raycast({0, 0, 2}, {0, 0, 2}, 1));
-  EXPECT_FALSE(world.world().raycast({0, 0, nan}, {0, 0, -2}, 1));
-  EXPECT_FALSE(world.world().raycast({0, 0, 2}, {nan, 0, -2}, 1));
-  EXPECT_FALSE(world.world().raycast({0, 0, 2}, {0, 0, -std::numeric_limits<double>::infinity()}, 1));
+  EXPECT_FALSE(world.world().raycast({0, 0, 2}, {0, 0, 2}, {1}));
+  EXPECT_FALSE(world.world().raycast({0, 0, nan}, {0, 0, -2}, {1}));
+  EXPECT_FALSE(world.world().raycast({0, 0, 2}, {nan, 0, -2}, {1}));
+  EXPECT_FALSE(world.world().raycast({0, 0, 2}, {0, 0, -std::numeric_limits<double>::infinity()}, {1}));
 }
 
 }  // namespace

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "lpss/tick/test_world.h"
 
 namespace tessera {
@@ -61,6 +64,63 @@ TEST(Raycast, MeetsGroundThatItHasLongBeenOver) {
   EXPECT_NEAR(hit->distance, 3e4, 0.1);
   EXPECT_FALSE(raycast(world[0], above, down, 2.9e4, kAll));
   EXPECT_EQ(world[0].sectors.size(), 1u) << "asking makes no sectors";
+}
+
+TEST(Raycast, PassesThroughWhatItIsNotToMeet) {
+  TestWorld world;
+  for (const std::uint64_t id : {1, 2, 3})
+    world.add(
+        box(id, kHigh, {2. * static_cast<double>(id), 0, 0}, id == 2 ? Motion::kStatic : Motion::kDynamic));
+  const std::vector<BodyId> first{BodyId{1}, BodyId{7}};
+  const std::vector<BodyId> two{BodyId{1}, BodyId{2}};
+  EXPECT_EQ(raycast(world[0], kOrigin, kEast, 200, kAll)->body, BodyId{1});
+  EXPECT_EQ(raycast(world[0], kOrigin, kEast, 200, kAll, first)->body, BodyId{2});
+  const auto third = raycast(world[0], kOrigin, kEast, 200, kAll, two);
+  ASSERT_TRUE(third);
+  EXPECT_EQ(third->body, BodyId{3});
+  EXPECT_NEAR(third->distance, 16 + 6 - 0.5, 1e-4);
+  const auto near = bodies_near(world[0], Sphere{0.5}, {{kHigh, {4, 0, 0}}}, 3, kAll, two);
+  ASSERT_EQ(near.size(), 1u);
+  EXPECT_EQ(near[0].body, BodyId{3});
+  EXPECT_TRUE(bodies_near(world[0], Sphere{0.5}, {{kHigh, {4, 0, 0}}}, 0.9, kAll, two).empty());
+}
+
+// Of a body in several sectors, the hit that comes first counts.
+TEST(RaycastAll, MeetsEachBodyOnceInTheOrderOfDistances) {
+  TestWorld world(2);
+  world.add(box(4, kLow, {2, 0, 0}));
+  world.add(box(1, kHigh, {4, 0, 0}));
+  BodyRecord wall = box(2, kHigh, {-8, 0, 0}, Motion::kStatic);
+  world.add(wall);
+  world.add(box(3, {1, 0, 0}, {0, 0.6, 0}));
+  world.add(box(5, {1, 0, 0}, {0, 0.4, 0}));
+  std::vector<RayAnswer> hits;
+  for (const Rank rank : {0u, 1u}) {
+    const auto its = raycast_all(world[rank], kOrigin, kEast, 60, kAll);
+    hits.insert(hits.end(), its.begin(), its.end());
+  }
+  const std::vector<std::pair<std::uint64_t, double>> wanted{
+      {4, 1.5}, {2, 7.5}, {2, 7.5}, {1, 19.5}, {5, 31.5}};
+  std::ranges::sort(hits, {}, [](const RayAnswer& a) { return std::pair(a.distance, a.body); });
+  ASSERT_EQ(hits.size(), wanted.size());
+  for (std::size_t n = 0; n < wanted.size(); ++n) {
+    EXPECT_EQ(hits[n].body.value, wanted[n].first);
+    EXPECT_NEAR(hits[n].distance, wanted[n].second, 1e-4);
+    EXPECT_NEAR((hits[n].normal + kEast).norm(), 0, 1e-6);
+  }
+  EXPECT_EQ(raycast_all(world[0], kOrigin, kEast, 7, kAll).size(), 1u);
+}
+
+TEST(RaycastAll, HasNoMoreHitsThanTheLimit) {
+  WorldSettings settings = test_settings();
+  TestWorld world(1, settings);
+  const auto count = static_cast<std::int64_t>(kRayHitsMax) + 5;
+  for (std::int64_t n = 0; n < count; ++n)
+    world.add(box(static_cast<std::uint64_t>(n + 1), {n, 0, 0}, {0, 0, 0}));
+  const auto hits = raycast_all(world[0], kOrigin, kEast, 1e5, kAll);
+  ASSERT_EQ(hits.size(), kRayHitsMax);
+  EXPECT_EQ(hits.back().body.value, kRayHitsMax);
+  EXPECT_NEAR(hits.back().distance, 16. * static_cast<double>(kRayHitsMax) - 0.5, 1e-3);
 }
 
 TEST(BodiesNear, AreInTheOrderOfTheirDistancesEachOnce) {

@@ -51,6 +51,7 @@ std::vector<SectorIndex> StaticIndex::cells(const Entry& entry) const {
 }
 
 void StaticIndex::add(const BodyRecord& record, const Shape& shape) {
+  ++revision_;
   Entry entry{record, &shape, body_frame(record), 0, false, nullptr, {}};
   entry.radius = is_bounded(shape) ? bounding_radius(shape, Eigen::Vector3d::Zero())
                                    : std::numeric_limits<double>::infinity();
@@ -91,6 +92,7 @@ std::shared_ptr<const StaticIndex::MeshTrees> StaticIndex::trees_of(const Shape&
 bool StaticIndex::remove(BodyId id) {
   const auto place = bodies_.find(id);
   if (place == bodies_.end()) return false;
+  ++revision_;
   if (place->second.large) {
     erase_sorted(large_, id);
     erase_sorted(grounds_, id);

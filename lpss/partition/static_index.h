@@ -57,6 +57,9 @@ class StaticIndex {
 
   std::size_t size() const { return bodies_.size(); }
 
+  // Another one after each body that comes or goes.
+  std::uint64_t revision() const { return revision_; }
+
   template <typename Visit>
   void for_each(Visit&& visit) const {
     for (const auto& [id, entry] : bodies_) visit(entry.record);
@@ -90,6 +93,7 @@ class StaticIndex {
   void for_each_ground(const SectorIndex& sector, const Visit& visit) const;
 
   double sector_size_;
+  std::uint64_t revision_ = 0;
   TileStore& tiles_;
   absl::btree_map<BodyId, Entry> bodies_;
   absl::flat_hash_map<SectorIndex, std::vector<BodyId>> by_sector_;
