@@ -251,6 +251,7 @@ absl::Status watch(Client& client, const WatchOptions& options, nlohmann::json& 
   filter.ids = ids;
   filter.every_ticks = options.every;
   filter.only_awake = options.awake;
+  filter.complete = true;
   return follow<BodyFrame>(client.watch_bodies(filter), options.frames, data);
 }
 

@@ -38,6 +38,7 @@ absl::Status step_and_read(Client& client, Trajectory& trajectory, const RunRepo
   BodyFilter filter;
   filter.ids = trajectory.ids();
   filter.every_ticks = trajectory.every();
+  filter.complete = true;
   const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter);
   if (!stream.ok()) return stream.status();
   const std::uint64_t bodies = std::max<std::uint64_t>(trajectory.ids().size(), 1);

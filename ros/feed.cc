@@ -164,7 +164,7 @@ bool Feed::is_chosen(const std::string& name, const WorldPosition& position) con
 }
 
 void Feed::watch(std::uint32_t every_ticks) {
-  filter_ = {.ids = ids_, .every_ticks = every_ticks};
+  filter_ = {.ids = ids_, .every_ticks = every_ticks, .complete = true};
   if (ids_.empty()) {
     filter_.region =
         WatchedRegion{{sector_, Eigen::Vector3d::Zero()}, Eigen::Vector3d::Constant(options_.reach)};

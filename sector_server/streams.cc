@@ -1,18 +1,17 @@
 #include "sector_server/streams.h"
 
-#include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
 #include <chrono>
 
-#include "lpss/model/world_records.h"
 #include "lpss/observe/seams.h"
 #include "lpss/observe/state.h"
 #include "lpss/tick/events.h"
 #include "proto/convert.h"
 #include "proto/status.h"
+#include "sector_server/watched_box.h"
 
 namespace tessera {
 namespace {
@@ -26,9 +25,6 @@ constexpr std::chrono::seconds kUnclaimedMax(10);
 // How long a client that fell behind has to take its last batch, and the reason why there are no more.
 constexpr std::chrono::seconds kFarewellMax(30);
 
-std::size_t bytes_of(const BodySnapshot& snapshot) {
-  return sizeof snapshot + snapshot.bodies.capacity() * sizeof(BodySnapshot::Body);
-}
 std::size_t bytes_of(const google::protobuf::Message& batch) { return batch.SpaceUsedLong(); }
 
 v1::WatchBodiesRequest* request_in(v1::Subscription& of, const v1::WatchBodiesRequest&) {
@@ -44,94 +40,8 @@ v1::WatchDivergencesRequest* request_in(v1::Subscription& of, const v1::WatchDiv
   return of.mutable_divergences();
 }
 
-// The box of the world that a client watches; the whole world if it named none.
-class WatchedBox {
- public:
-  template <typename Request>
-  WatchedBox(const Request& request, double sector_size) : sector_size_(sector_size) {
-    if (!request.has_region()) return;
-    centre_ = from_proto(request.region().centre());
-    half_ = from_proto(request.region().half_size());
-  }
-
-  bool holds(const WorldPosition& position) const {
-    return !centre_ || (away(position).array() <= half_.array()).all();
-  }
-  // False only if no body of the sector can be in the box; bodies may be slightly beyond the sector's
-  // borders.
-  bool may_hold_bodies_of(const SectorIndex& sector) const {
-    return !centre_ ||
-           (away({sector, Eigen::Vector3d::Zero()}).array() <= half_.array() + sector_size_).all();
-  }
-
- private:
-  Eigen::Vector3d away(const WorldPosition& position) const {
-    return (relative_to(position, centre_->sector, sector_size_) - centre_->local).cwiseAbs();
-  }
-
-  double sector_size_;
-  std::optional<WorldPosition> centre_;
-  Eigen::Vector3d half_ = Eigen::Vector3d::Zero();
-};
-
-// Of a BodyRecord or BodyView.
-template <typename Body>
-WorldPosition position_of(const Body& record) {
+WorldPosition position_of(const BodyRecord& record) {
   return {record.home, Eigen::Vector3d(record.state.position.data())};
-}
-
-void describe(const BodySnapshot::Body& body, double sector_size, v1::BodyState& state) {
-  state.set_id(body.id.value);
-  *state.mutable_pose() = to_proto(body_pose(body.home, body.state, body.centre_frame, sector_size));
-  *state.mutable_linear_velocity() = to_proto(Eigen::Vector3d(body.state.linear_velocity.data()));
-  *state.mutable_angular_velocity() = to_proto(Eigen::Vector3d(body.state.angular_velocity.data()));
-  state.set_asleep(body.state.activity == Activity::kAsleep);
-}
-
-void put(const Eigen::Vector3d& vector, google::protobuf::RepeatedField<double>& column) {
-  for (int axis = 0; axis < 3; ++axis) column.AddAlreadyReserved(vector[axis]);
-}
-
-using BodiesInOrder = std::vector<const BodySnapshot::Body*>;
-
-BodiesInOrder by_id(const BodySnapshot& snapshot) {
-  BodiesInOrder bodies;
-  bodies.reserve(snapshot.bodies.size());
-  for (const BodySnapshot::Body& body : snapshot.bodies) bodies.push_back(&body);
-  std::sort(bodies.begin(), bodies.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
-  return bodies;
-}
-
-void describe(const BodiesInOrder& bodies, double sector_size, v1::BodyColumns& columns) {
-  const int count = static_cast<int>(bodies.size());
-  columns.mutable_ids()->Reserve(count);
-  columns.mutable_sector()->Reserve(count);
-  columns.mutable_positions()->Reserve(3 * count);
-  columns.mutable_orientations()->Reserve(4 * count);
-  columns.mutable_linear_velocities()->Reserve(3 * count);
-  columns.mutable_angular_velocities()->Reserve(3 * count);
-  columns.mutable_asleep()->Reserve(count);
-  absl::flat_hash_map<SectorIndex, std::uint32_t> places;
-  for (const BodySnapshot::Body* body : bodies) {
-    const BodyState& state = body->state;
-    const WorldPose pose = body_pose(body->home, state, body->centre_frame, sector_size);
-    const auto [place, is_new] = places.try_emplace(pose.position.sector, places.size());
-    if (is_new) *columns.add_sectors() = to_proto(pose.position.sector);
-    columns.mutable_ids()->AddAlreadyReserved(body->id.value);
-    columns.mutable_sector()->AddAlreadyReserved(place->second);
-    put(pose.position.local, *columns.mutable_positions());
-    for (const double part : pose.orientation.coeffs())
-      columns.mutable_orientations()->AddAlreadyReserved(part);
-    put(Eigen::Vector3d(state.linear_velocity.data()), *columns.mutable_linear_velocities());
-    put(Eigen::Vector3d(state.angular_velocity.data()), *columns.mutable_angular_velocities());
-    columns.mutable_asleep()->AddAlreadyReserved(state.activity == Activity::kAsleep);
-  }
-}
-
-// A static body is sent by the server that hosts its sector, because all servers know it.
-const BodyRecord* hosted_static(const Partition& partition, BodyId id) {
-  const BodyRecord* record = partition.statics.find(id);
-  return record != nullptr && partition.hosts(record->home) ? record : nullptr;
 }
 
 v1::Contact::Phase phase_of(ContactPhase phase) {
@@ -144,38 +54,6 @@ v1::Contact::Phase phase_of(ContactPhase phase) {
       return v1::Contact::END;
   }
   return v1::Contact::BEGIN;
-}
-
-// Reuses the memory of `snapshot`.
-BodySnapshot bodies_for(const v1::WatchBodiesRequest& request, Tick tick, const Partition& partition,
-                        BodySnapshot snapshot) {
-  snapshot.tick = tick;
-  snapshot.sector_size = partition.sector_size();
-  snapshot.bodies.clear();
-  const WatchedBox box(request, snapshot.sector_size);
-  const auto consider = [&](const auto& body) {
-    if (request.only_awake() && body.state.activity == Activity::kAsleep) return;
-    if (!box.holds(position_of(body))) return;
-    snapshot.bodies.push_back({body.id, body.home, body.state, centre_frame(body.properties)});
-  };
-  if (request.ids().empty()) {
-    for_each_body_in(
-        partition, [&](const SectorIndex& sector) { return box.may_hold_bodies_of(sector); },
-        request.only_awake(), consider);
-    return snapshot;
-  }
-  std::vector<std::uint64_t> ids(request.ids().begin(), request.ids().end());
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  for (const std::uint64_t id : ids) {
-    if (const std::optional<BodyRecord> record = body_of(partition, BodyId{id})) {
-      consider(*record);
-    } else if (const BodyRecord* fixed = hosted_static(partition, BodyId{id});
-               fixed != nullptr && !request.only_awake()) {
-      consider(*fixed);
-    }
-  }
-  return snapshot;
 }
 
 }  // namespace
@@ -286,6 +164,7 @@ void Streams::begin_world(const v1::LoadWorld& load) {
   source_.set_since(0);
   for (const auto& contacts : contacts_) contacts->served = false;
   for (const auto& divergences : divergences_) divergences->served = false;
+  for (const auto& bodies : bodies_) bodies->told.forget();
   if (!goes_on) {
     for (const auto& bodies : bodies_) bodies->served = false;
     for (const auto& seams : seams_) seams->served = false;
@@ -360,29 +239,51 @@ std::optional<v1::Subscriptions> Streams::changed_subscriptions() {
   return subscriptions;
 }
 
+// Whether a subscription of states is to get those of a tick, which it then has.
+template <typename S>
+bool Streams::is_due(S& subscription, Tick tick, bool new_only) {
+  const std::uint64_t every =
+      std::max<std::uint64_t>(subscription.request().every_ticks(), 1) * subscription.thinning();
+  const bool is_wanted = new_only ? !subscription.served : tick % every == 0;
+  subscription.served |= is_wanted;
+  return is_wanted;
+}
+
+void Streams::publish_bodies(Tick tick, Partition& partition, bool new_only) {
+  if (bodies_.empty()) return body_changes_.forget();
+  const auto is_new = [](const auto& subscription) { return !subscription->served; };
+  if (new_only && std::none_of(bodies_.begin(), bodies_.end(), is_new)) return;
+  body_changes_.look(partition);
+  std::uint64_t all_told = body_changes_.looks();
+  for (const std::shared_ptr<Bodies>& subscription : bodies_) {
+    ToldBodies& told = subscription->told;
+    if (is_due(*subscription, tick, new_only)) {
+      BodySnapshot news = told.news(partition, body_changes_, subscription->spare());
+      news.tick = tick;
+      news.source = source_;
+      const std::size_t bytes = bytes_of(news);
+      const auto now = std::chrono::steady_clock::now();
+      if (subscription->admit_state(bytes, now)) {
+        told.told(news);
+        subscription->push(std::move(news), bytes);
+      }
+    }
+    all_told = std::min(all_told, told.until().value_or(all_told));
+  }
+  body_changes_.drop_until(all_told);
+}
+
 void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
   const Partition& partition = machine.partition();
   const std::lock_guard lock(mutex_);
   drop_unclaimed();
-  const auto publish_states = [&](const auto& subscriptions, const auto& states_for) {
-    for (const auto& subscription : subscriptions) {
-      const std::uint64_t every =
-          std::max<std::uint64_t>(subscription->request().every_ticks(), 1) * subscription->thinning();
-      const bool wanted = new_only ? !subscription->served : tick % every == 0;
-      if (!wanted) continue;
-      subscription->served = true;
-      auto states = states_for(*subscription);
-      const std::size_t bytes = bytes_of(states);
-      subscription->push_state(std::move(states), bytes, std::chrono::steady_clock::now());
-    }
-  };
-  publish_states(bodies_, [&](Bodies& subscription) {
-    BodySnapshot bodies = bodies_for(subscription.request(), tick, partition, subscription.spare());
-    bodies.source = source_;
-    return bodies;
-  });
-  publish_states(seams_,
-                 [&](Seams& subscription) { return seams_for(subscription.request(), tick, partition); });
+  publish_bodies(tick, machine.partition(), new_only);
+  for (const std::shared_ptr<Seams>& subscription : seams_) {
+    if (!is_due(*subscription, tick, new_only)) continue;
+    auto batch = seams_for(subscription->request(), tick, partition);
+    const std::size_t bytes = bytes_of(batch);
+    subscription->push_state(std::move(batch), bytes, std::chrono::steady_clock::now());
+  }
   for (const std::shared_ptr<Contacts>& subscription : contacts_) {
     // The first batch only states the tick from which on the stream is complete.
     const bool counts = subscription->served && !new_only;
@@ -464,16 +365,7 @@ grpc::Status Streams::WatchBodies(grpc::ServerContext* context, const v1::WatchB
                                   grpc::ServerWriter<v1::BodyBatch>* writer) {
   v1::BodyBatch batch;  // reused for all batches, with its memory
   return serve(bodies_, context, *request, [&](const BodySnapshot& snapshot) {
-    batch.Clear();
-    batch.set_tick(snapshot.tick);
-    batch.set_node(node_.value);
-    *batch.mutable_source() = snapshot.source;
-    const BodiesInOrder bodies = by_id(snapshot);
-    if (request->in_columns()) {
-      describe(bodies, snapshot.sector_size, *batch.mutable_columns());
-    } else {
-      for (const auto* body : bodies) describe(*body, snapshot.sector_size, *batch.add_bodies());
-    }
+    describe(snapshot, node_, request->in_columns(), batch);
     return writer->Write(batch);
   });
 }

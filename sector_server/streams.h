@@ -11,29 +11,16 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "lpss/observe/body_changes.h"
 #include "lpss/tick/tick_machine.h"
+#include "sector_server/body_snapshot.h"
 #include "sector_server/sector_server.h"
 #include "sector_server/subscription.h"
+#include "sector_server/told_bodies.h"
 #include "tessera.grpc.pb.h"
 #include "transport/link.h"
 
 namespace tessera {
-
-// The bodies that a client watches, at the end of a tick. They are serialised on the thread that sends them,
-// so ticks do not wait for it.
-struct BodySnapshot {
-  struct Body {
-    BodyId id;
-    SectorIndex home;
-    BodyState state;
-    Pose centre_frame;  // in the body frame
-  };
-
-  Tick tick = 0;
-  v1::StreamSource source;
-  double sector_size = 0;
-  std::vector<Body> bodies;  // each once, in any order
-};
 
 class Streams final : public v1::Streams::Service {
  public:
@@ -73,7 +60,11 @@ class Streams final : public v1::Streams::Service {
                                 grpc::ServerWriter<v1::DivergenceBatch>* writer) override;
 
  private:
-  using Bodies = Subscription<v1::WatchBodiesRequest, BodySnapshot>;
+  struct Bodies : Subscription<v1::WatchBodiesRequest, BodySnapshot> {
+    explicit Bodies(const v1::WatchBodiesRequest& request) : Subscription(request), told(request) {}
+
+    ToldBodies told;  // of the thread that publishes
+  };
   using Contacts = Subscription<v1::WatchContactsRequest, v1::ContactBatch>;
   using Seams = Subscription<v1::WatchSeamsRequest, v1::SeamBatch>;
 
@@ -93,6 +84,9 @@ class Streams final : public v1::Streams::Service {
   void for_each_list(const Visit& visit);
   void drop_unclaimed();
   void keep_limits();
+  template <typename S>
+  static bool is_due(S& subscription, Tick tick, bool new_only);
+  void publish_bodies(Tick tick, Partition& partition, bool new_only);
 
   v1::DivergenceBatch divergences_in(Tick tick, const std::vector<Divergence>& divergences) const;
   v1::SeamBatch seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Partition& partition) const;
@@ -105,8 +99,9 @@ class Streams final : public v1::Streams::Service {
 
   const NodeId node_;
   const std::function<void()> wake_;
-  v1::StreamSource source_;  // of the world; owned by the thread that publishes
-  std::mutex mutex_;         // guards the following
+  v1::StreamSource source_;   // of the world; owned by the thread that publishes
+  BodyChanges body_changes_;  // likewise
+  std::mutex mutex_;          // guards the following
   List<Bodies> bodies_;
   List<Contacts> contacts_;
   List<Seams> seams_;

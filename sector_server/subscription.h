@@ -45,21 +45,24 @@ class Subscription {
     enqueue(std::move(batch), bytes);
   }
 
-  // A state, which a later one replaces: it is left out where there is no room, and the client gets fewer
-  // from then on, until its queue runs empty.
-  void push_state(Batch batch, std::size_t bytes, Time now) {
+  // Whether there is room for a state, which a later one replaces: it is left out where there is none, and
+  // the client gets fewer from then on, until its queue runs empty. One that is admitted is to be pushed.
+  bool admit_state(std::size_t bytes, Time now) {
     const std::lock_guard lock(mutex_);
-    if (closed_) return;
+    if (closed_) return false;
     if (!has_room(bytes)) {
       thinning_ = std::min(2 * thinning_, kThinningMax);
       if (now - last_taken_ >= kStalledMax) overrun(now);
-      return;
+      return false;
     }
     if (batches_.empty()) {
       thinning_ = std::max<std::uint64_t>(thinning_ / 2, 1);
       last_taken_ = now;
     }
-    enqueue(std::move(batch), bytes);
+    return true;
+  }
+  void push_state(Batch batch, std::size_t bytes, Time now) {
+    if (admit_state(bytes, now)) push(std::move(batch), bytes);
   }
   // Only states of ticks that are multiples of this are wanted: a power of two, so that several servers leave
   // out the same ones.

@@ -3,6 +3,7 @@
 
 #include <future>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "lpss/simulation/simulation.h"
@@ -87,6 +88,7 @@ TEST(BodyStreamTest, EveryBodyIsInEveryFrameOnceAndEveryTicksHolds) {
   const auto count = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), movable));
   BodyFilter filter;
   filter.every_ticks = 5;
+  filter.complete = true;
   const std::unique_ptr<BodyStream> stream = client.watch_bodies(filter, kPatience).value();
   ASSERT_THAT(client.step(100, kPatience).status(), IsOk());
   for (std::uint64_t tick = 0; tick <= 100; tick += 5) {
@@ -98,6 +100,60 @@ TEST(BodyStreamTest, EveryBodyIsInEveryFrameOnceAndEveryTicksHolds) {
     for (const BodySample& body : frame->bodies) ids.insert(body.id);
     EXPECT_EQ(ids.size(), count);
   }
+}
+
+// What frames up to a tick have told of.
+struct Told {
+  std::multiset<BodyId> bodies;
+  std::multiset<BodyId> gone;
+};
+
+Told told_until(BodyStream& stream, Tick last) {
+  Told told;
+  for (;;) {
+    const absl::StatusOr<BodyFrame> frame = stream.next(kPatience);
+    EXPECT_THAT(frame.status(), IsOk());
+    if (!frame.ok()) return told;
+    for (const BodySample& body : frame->bodies) told.bodies.insert(body.id);
+    told.gone.insert(frame->gone.begin(), frame->gone.end());
+    if (frame->tick == last) return told;
+  }
+}
+
+TEST(BodyStreamTest, BodiesAtRestAreToldOnceUntilTheyAreMovedOrRemoved) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  WorldDescription world = flat_world(kSectorSize);
+  for (const double x : {-20.0, -12.0, 12.0, 20.0})
+    add(world, solid(absl::StrCat("crate", x), box(1, 1, 1), 10, {{0, 0, 0}, {x, 6, 0.5}}));
+  ASSERT_THAT(client.load(world).status(), IsOk());
+  ASSERT_THAT(client.step(200, kPatience).status(), IsOk());
+  const auto id_of = [&](const char* name) { return client.find(name).value().id; };
+  const BodyId west = id_of("crate-20");
+  const BodyId east = id_of("crate20");
+  const std::unique_ptr<BodyStream> stream = client.watch_bodies({}, kPatience).value();
+  EXPECT_EQ(stream->next(kPatience).value().bodies.size(), 4u);
+  EXPECT_TRUE(told_until(*stream, client.step(20, kPatience).value()).bodies.empty());
+
+  // From one server to the other, and out of the world.
+  ASSERT_THAT(client.teleport(west, {{{0, 0, 0}, {18, 2, 0.5}}}).status(), IsOk());
+  ASSERT_THAT(client.remove(id_of("crate12")).status(), IsOk());
+  const Told moved = told_until(*stream, client.step(200, kPatience).value());
+  EXPECT_GT(moved.bodies.count(west), 0u);
+  EXPECT_EQ(moved.bodies.count(west), moved.bodies.size()) << "nothing else";
+  EXPECT_EQ(moved.gone.size(), 1u);
+  EXPECT_TRUE(told_until(*stream, client.step(20, kPatience).value()).bodies.empty());
+
+  // Out of the region that a client watches.
+  BodyFilter filter;
+  filter.region = {{.centre = {{0, 0, 0}, {20, 4, 0}}, .half_size = {4, 4, 4}}};
+  const std::unique_ptr<BodyStream> here = client.watch_bodies(filter, kPatience).value();
+  EXPECT_EQ(here->next(kPatience).value().bodies.size(), 2u);
+  ASSERT_THAT(client.teleport(east, {{{0, 0, 0}, {30, 2, 0.5}}}).status(), IsOk());
+  const Told left = told_until(*here, client.step(1, kPatience).value());
+  EXPECT_EQ(left.gone, std::multiset<BodyId>{east});
+  EXPECT_TRUE(left.bodies.empty());
 }
 
 // Clones and islands after some ticks, without the servers that reported them.

@@ -34,7 +34,7 @@ void WatchedRun::begin(Client& client) {
   for (const FoundBody& body : found.bodies) {
     if (body.properties.motion == Motion::kDynamic) dynamic_.push_back(body.id);
   }
-  bodies_ = client.watch_bodies({}, kPatience).value();
+  bodies_ = client.watch_bodies({.complete = true}, kPatience).value();
   contacts_ = client.watch_contacts({}, kPatience).value();
   ASSERT_THAT(client.resume(1).status(), IsOk());
 }

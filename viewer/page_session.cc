@@ -145,6 +145,7 @@ void PageSession::watch() {
   BodyFilter filter;
   filter.region = region;
   filter.every_ticks = every_ticks_;
+  filter.complete = true;
   bodies_.watch([this, filter] { return client_.watch_bodies(filter, kSubscribeTimeout); });
   // The contact stream covers the whole world: a new view keeps it, as a new stream would start empty.
   if (!wants_contacts_) {

@@ -228,6 +228,7 @@ tessera_code tessera_raycast(tessera_client* client, const tessera_position* ori
 tessera_code tessera_watch(tessera_client* client, const uint64_t* ids, size_t count,
                            tessera_stream** stream) {
   tessera::BodyFilter filter;
+  filter.complete = true;
   for (size_t n = 0; n < count; ++n) filter.ids.push_back(tessera::BodyId{ids[n]});
   return give(client->client->watch_bodies(filter), [&](std::unique_ptr<tessera::BodyStream> made) {
     *stream = new tessera_stream{std::move(made)};

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "client_sdk/src/body_frames.h"
 #include "client_sdk/src/client_impl.h"
 #include "client_sdk/src/joint_stream.h"
 #include "client_sdk/src/stream_traits.h"
@@ -286,7 +287,9 @@ absl::StatusOr<std::unique_ptr<BodyStream>> Client::watch_bodies(const BodyFilte
   request.set_every_ticks(filter.every_ticks);
   request.set_only_awake(filter.only_awake);
   request.set_in_columns(true);
-  return impl_->watch<BodyTraits>(request, timeout);
+  absl::StatusOr<std::unique_ptr<Stream<BodyNews>>> news = impl_->watch<BodyTraits>(request, timeout);
+  if (!news.ok()) return news.status();
+  return std::make_unique<FramesOfBodies>(*std::move(news), filter.complete);
 }
 
 absl::StatusOr<std::unique_ptr<ContactStream>> Client::watch_contacts(const ContactFilter& filter,
@@ -319,6 +322,7 @@ absl::StatusOr<std::unique_ptr<JointStream>> Client::watch_joints(const std::vec
   BodyFilter filter;
   filter.ids = bodies_of(joints);
   filter.every_ticks = every_ticks;
+  filter.complete = true;
   absl::StatusOr<std::unique_ptr<BodyStream>> bodies = watch_bodies(filter, timeout);
   if (!bodies.ok()) return bodies.status();
   return std::make_unique<JointsOfBodies>(*std::move(bodies), joints, now->settings->sector_size);

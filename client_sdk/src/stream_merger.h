@@ -41,10 +41,6 @@ void join(std::vector<Sample>& whole, std::vector<Sample> part, const Order& ord
   whole = std::move(both);
 }
 
-inline void join(BodyFrame& whole, BodyFrame part) {
-  join(whole.bodies, std::move(part.bodies), [](const auto& a, const auto& b) { return a.id < b.id; });
-}
-
 inline void join(ContactFrame& whole, ContactFrame part) {
   join(whole.contacts, std::move(part.contacts), [](const auto& x, const auto& y) {
     return std::tie(x.a, x.b, x.phase) < std::tie(y.a, y.b, y.phase);
@@ -82,7 +78,8 @@ struct PartOrigin {
 
 // Servers push their parts of ticks, ascending within an epoch; one reader gets whole ticks, each once, in
 // their order. Where servers join and leave, a tick is whole once those have told of it that take part in it.
-// Safe to use from any thread.
+// Where a frame tells of changes (it has carry_over()), those of parts that are left out go into the server's
+// next part. Safe to use from any thread.
 template <typename Frame>
 class StreamMerger {
  public:
@@ -98,7 +95,11 @@ class StreamMerger {
     const auto has_room = [&] { return queued(origin.node) < kFramesQueuedMax; };
     changed_.wait(lock, [&] { return end_ || origin.epoch < epoch_ || has_room(); });
     if (end_) return false;
-    if (origin.epoch < epoch_ || origin.since < earliest_) return true;
+    if (origin.epoch < epoch_) return true;
+    if (origin.since < earliest_) {
+      leave_out(origin.node, std::move(part));
+      return true;
+    }
     ended_.erase(origin.node);
     Period& period = periods_[origin.since];
     period.servers = origin.servers;
@@ -106,7 +107,11 @@ class StreamMerger {
     std::optional<Tick>& last = last_[origin.node];
     const bool is_new = part.tick > std::max(last.value_or(0), merged_.value_or(0)) || (!last && !merged_);
     last = std::max(part.tick, last.value_or(0));
-    if (is_new) from.parts.push_back({std::move(part), is_whole});
+    if (is_new) {
+      from.parts.push_back({std::move(part), is_whole});
+    } else {
+      leave_out(origin.node, std::move(part));
+    }
     changed_.notify_all();
     return true;
   }
@@ -215,6 +220,7 @@ class StreamMerger {
     while (std::optional<Frame> frame = take_merged()) ready_.push_back(*std::move(frame));
     if (ready_.size() > kReadyMax) finish(absl::ResourceExhaustedError("the reader is too far behind"));
     periods_.clear();
+    left_out_.clear();
     last_.clear();
     ended_.clear();
     earliest_ = 0;
@@ -234,7 +240,7 @@ class StreamMerger {
       const auto first = periods_.begin();
       if (std::optional<Frame> frame = take_merged(first->first, first->second)) return frame;
       if (!is_over(first)) return std::nullopt;
-      for (auto& [node, source] : first->second.sources) drop_before(source, first->first, UINT64_MAX);
+      for (auto& [node, source] : first->second.sources) drop_before(node, source, first->first, UINT64_MAX);
       periods_.erase(first);
       earliest_ = periods_.begin()->first;
     }
@@ -253,10 +259,29 @@ class StreamMerger {
     });
   }
 
+  void leave_out(std::uint64_t node, Frame part) {
+    if constexpr (requires { carry_over(part, Frame()); }) {
+      const auto [place, is_first] = left_out_.try_emplace(node, std::move(part));
+      if (is_first) return;
+      carry_over(part, std::move(place->second));
+      place->second = std::move(part);
+    }
+  }
+  // The next part of a server, with what was left out before it.
+  Frame take_part(std::uint64_t node, Source& source) {
+    Frame part = std::move(source.parts.front().frame);
+    source.parts.pop_front();
+    if constexpr (requires { carry_over(part, Frame()); }) {
+      if (auto left = left_out_.extract(node)) carry_over(part, std::move(left.mapped()));
+    }
+    return part;
+  }
+
   // What a server that joined told of the tick before is not missed.
-  void drop_before(Source& source, Tick since, Tick tick) {
+  void drop_before(std::uint64_t node, Source& source, Tick since, Tick tick) {
     while (!source.parts.empty() && source.parts.front().frame.tick < tick) {
       if (source.parts.front().frame.tick >= since) ++skipped_;
+      leave_out(node, std::move(source.parts.front().frame));
       source.parts.pop_front();
       changed_.notify_all();
     }
@@ -273,7 +298,7 @@ class StreamMerger {
       }
       bool equal = true;
       for (auto& [node, source] : period.sources) {
-        drop_before(source, since, tick);
+        drop_before(node, source, since, tick);
         equal = equal && !source.parts.empty() && source.parts.front().frame.tick == tick;
       }
       if (equal) return merge(tick, period);
@@ -285,8 +310,7 @@ class StreamMerger {
     bool is_whole = true;
     for (auto& [node, source] : period.sources) {
       is_whole = is_whole && source.parts.front().is_whole;
-      join(whole, std::move(source.parts.front().frame));
-      source.parts.pop_front();
+      join(whole, take_part(node, source));
     }
     changed_.notify_all();
     if (!is_whole) whole = Frame();
@@ -303,6 +327,7 @@ class StreamMerger {
   // Of this epoch: by their first ticks, what servers have told last, and those that have ended.
   Periods periods_;
   std::map<std::uint64_t, std::optional<Tick>> last_;
+  std::map<std::uint64_t, Frame> left_out_;  // by node, of parts that were not merged
   std::set<std::uint64_t> ended_;
   Tick earliest_ = 0;           // of the periods that may still come
   std::deque<Frame> ready_;     // of earlier epochs

@@ -5,6 +5,8 @@
 
 #include <thread>
 
+#include "client_sdk/src/body_news.h"
+
 namespace tessera {
 namespace {
 
@@ -15,26 +17,26 @@ PartOrigin server(std::uint64_t node, std::size_t servers, std::uint64_t epoch =
   return {.load = 1, .epoch = epoch, .servers = servers, .node = node};
 }
 
-BodyFrame part(Tick tick, const std::vector<std::uint64_t>& ids) {
-  BodyFrame frame;
+BodyNews part(Tick tick, const std::vector<std::uint64_t>& ids) {
+  BodyNews frame;
   frame.tick = tick;
   for (const std::uint64_t id : ids) frame.bodies.emplace_back().id = BodyId{id};
   return frame;
 }
 
-std::vector<std::uint64_t> ids(const BodyFrame& frame) {
+std::vector<std::uint64_t> ids(const BodyNews& frame) {
   std::vector<std::uint64_t> result;
   for (const BodySample& body : frame.bodies) result.push_back(body.id.value);
   return result;
 }
 
 TEST(StreamMergerTest, TickIsCompleteWhenAllHaveToldOfIt) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   merger.push(server(0, 2), part(1, {2, 5}));
   merger.push(server(0, 2), part(2, {2}));
   EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
   merger.push(server(1, 2), part(1, {3}));
-  const BodyFrame frame = merger.next(kNow).value();
+  const BodyNews frame = merger.next(kNow).value();
   EXPECT_EQ(frame.tick, 1u);
   EXPECT_EQ(ids(frame), (std::vector<std::uint64_t>{2, 3, 5}));
   EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
@@ -44,7 +46,7 @@ TEST(StreamMergerTest, TickIsCompleteWhenAllHaveToldOfIt) {
 }
 
 TEST(StreamMergerTest, TicksThatNotAllTellOfAreLeftOut) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   for (const Tick tick : {3, 4, 6}) merger.push(server(0, 2), part(tick, {1}));
   for (const Tick tick : {4, 5, 6}) merger.push(server(1, 2), part(tick, {2}));
   EXPECT_EQ(merger.next(kNow)->tick, 4u);
@@ -85,17 +87,17 @@ TEST(StreamMergerTest, PartsOfAnIslandBecomeOne) {
 }
 
 TEST(StreamMergerTest, PartThatNobodyVouchesForMakesAnEmptyFrame) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   merger.push(server(0, 2), part(3, {}), false);
   merger.push(server(0, 2), part(4, {1}));
   merger.push(server(1, 2), part(4, {}), false);
-  const BodyFrame frame = merger.next(kNow).value();
+  const BodyNews frame = merger.next(kNow).value();
   EXPECT_EQ(frame.tick, 4u);
   EXPECT_TRUE(frame.bodies.empty());
 }
 
 TEST(StreamMergerTest, WholeTicksAreReadBeforeTheEnd) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   merger.push(server(0, 1), part(1, {1}));
   merger.end(absl::UnavailableError("server b is gone"));
   merger.end(absl::CancelledError("later"));
@@ -105,7 +107,7 @@ TEST(StreamMergerTest, WholeTicksAreReadBeforeTheEnd) {
 }
 
 TEST(StreamMergerTest, AnotherWorldEndsTheStream) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   merger.push(server(0, 1), part(7, {1}));
   PartOrigin other = server(0, 1, 2);
   other.load = 2;
@@ -116,14 +118,14 @@ TEST(StreamMergerTest, AnotherWorldEndsTheStream) {
 
 // Server 0 is lost after it told of tick 2: what server 1 alone told is void, and comes again.
 TEST(StreamMergerTest, EachTickIsReadOnceWhereTheWorldIsSetBack) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   for (const Tick tick : {1, 2}) merger.push(server(0, 2), part(tick, {1}));
   for (const Tick tick : {1, 2, 3, 4}) merger.push(server(1, 2), part(tick, {2}));
   EXPECT_EQ(merger.next(kNow)->tick, 1u);
   for (const Tick tick : {0, 1, 2, 3}) merger.push(server(1, 1, 2), part(tick, {1, 2}));
   merger.push(server(0, 2), part(3, {1}));  // from the lost server, late
   EXPECT_EQ(merger.next(kNow)->tick, 2u);
-  const BodyFrame frame = merger.next(kNow).value();
+  const BodyNews frame = merger.next(kNow).value();
   EXPECT_EQ(frame.tick, 3u);
   EXPECT_EQ(ids(frame), (std::vector<std::uint64_t>{1, 2}));
   EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
@@ -133,7 +135,7 @@ TEST(StreamMergerTest, EachTickIsReadOnceWhereTheWorldIsSetBack) {
 }
 
 TEST(StreamMergerTest, AServerThatJoinsIsWaitedFor) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   for (const Tick tick : {1, 2}) merger.push(server(0, 1), part(tick, {1, 2}));
   merger.push(server(0, 2, 2), part(2, {1}));
   merger.push(server(0, 2, 2), part(3, {1}));
@@ -152,7 +154,7 @@ PartOrigin since(std::uint64_t node, std::size_t servers, Tick tick) {
 
 // Whatever overtakes what.
 TEST(StreamMergerTest, TicksAreThoseOfTheServersThatTakePartInThem) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   for (const Tick tick : {1, 2}) merger.push(since(0, 2, 0), part(tick, {1}));
   merger.push(since(1, 2, 0), part(1, {2}));
   EXPECT_EQ(merger.next(kNow)->tick, 1u);
@@ -176,7 +178,7 @@ TEST(StreamMergerTest, TicksAreThoseOfTheServersThatTakePartInThem) {
 }
 
 TEST(StreamMergerTest, WhatAServerDoesNotTellAnyMoreIsLeftOut) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   for (const Tick tick : {1, 2}) merger.push(since(0, 2, 0), part(tick, {1}));
   merger.push(since(1, 2, 0), part(1, {2}));
   merger.push(since(0, 1, 3), part(3, {1, 2}));
@@ -188,7 +190,7 @@ TEST(StreamMergerTest, WhatAServerDoesNotTellAnyMoreIsLeftOut) {
 }
 
 TEST(StreamMergerTest, AllSourcesMustAnswer) {
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   merger.push(server(0, 2), part(1, {}));
   EXPECT_TRUE(absl::IsDeadlineExceeded(merger.wait_for_all(kNow)));
   merger.push(server(1, 2), part(9, {}));
@@ -199,7 +201,7 @@ TEST(StreamMergerTest, AllSourcesMustAnswer) {
 TEST(StreamMergerTest, NothingIsLostOrDoubledUnderLoad) {
   constexpr Tick kTicks = 20 * kFramesQueuedMax;
   constexpr std::size_t kSources = 4;
-  StreamMerger<BodyFrame> merger;
+  StreamMerger<BodyNews> merger;
   std::vector<std::thread> sources;
   for (std::size_t source = 0; source < kSources; ++source) {
     sources.emplace_back([&merger, source] {
@@ -212,7 +214,7 @@ TEST(StreamMergerTest, NothingIsLostOrDoubledUnderLoad) {
     });
   }
   for (Tick tick = 1; tick <= kTicks; ++tick) {
-    const absl::StatusOr<BodyFrame> frame = merger.next(kPatience);
+    const absl::StatusOr<BodyNews> frame = merger.next(kPatience);
     ASSERT_TRUE(frame.ok()) << frame.status();
     ASSERT_EQ(frame->tick, tick);
     ASSERT_EQ(ids(*frame), (std::vector<std::uint64_t>{1, 100, 101, 102, 103}));

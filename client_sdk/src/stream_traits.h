@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "client_sdk/src/body_news.h"
 #include "proto/convert.h"
 #include "tessera.grpc.pb.h"
 #include "tessera/stream.h"
@@ -26,7 +27,7 @@ inline bool agree(const v1::BodyColumns& columns) {
 }
 
 struct BodyTraits {
-  using Frame = BodyFrame;
+  using Frame = BodyNews;
   using Request = v1::WatchBodiesRequest;
   using Batch = v1::BodyBatch;
 
@@ -38,7 +39,12 @@ struct BodyTraits {
     if (!agree(columns)) return absl::DataLossError("it told of bodies in columns of different lengths");
     std::vector<SectorIndex> sectors;
     for (const v1::SectorIndex& sector : columns.sectors()) sectors.push_back(from_proto(sector));
-    Frame frame{batch.tick(), std::vector<BodySample>(static_cast<std::size_t>(columns.ids_size()))};
+    Frame frame;
+    frame.tick = batch.tick();
+    frame.servers = {batch.node()};
+    if (batch.whole()) frame.whole = {batch.node()};
+    for (const std::uint64_t id : batch.gone()) frame.gone.push_back({BodyId{id}, batch.node()});
+    frame.bodies.resize(static_cast<std::size_t>(columns.ids_size()));
     for (int n = 0; n < columns.ids_size(); ++n) {
       BodySample& body = frame.bodies[n];
       body.id = BodyId{columns.ids(n)};

@@ -128,6 +128,7 @@ BodyRecord remove_home(Partition& partition, HomeBody& body) {
   if (body.attended) std::erase(sector.attended, &body);
   if (partition.jointed.erase(record.id) > 0) leave_joints(partition, record.id);
   partition.bodies.erase(record.id);
+  partition.body_moves.note_left(record.id);
   return record;
 }
 

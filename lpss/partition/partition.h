@@ -20,6 +20,7 @@
 #include "lpss/engine/engine.h"
 #include "lpss/grid/sector_map.h"
 #include "lpss/model/world_description.h"
+#include "lpss/partition/body_moves.h"
 #include "lpss/partition/joint_index.h"
 #include "lpss/partition/near_seam.h"
 #include "lpss/partition/packed_sectors.h"
@@ -102,6 +103,7 @@ struct Partition {
 
   // Whether contact events are gathered; see report_contacts().
   bool reports_contacts = false;
+  BodyMoves body_moves;
 
   double dt() const { return settings.time_step; }             // s
   double sector_size() const { return settings.sector_size; }  // L, m

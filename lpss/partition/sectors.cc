@@ -36,6 +36,7 @@ void activate(Partition& partition, Sector& sector) {
   if (sector.active) return;
   sector.active = true;
   partition.active.push_back(&sector);
+  partition.body_moves.note_stirred(sector.index);
 }
 
 void wake_touching(Partition& partition, Sector& sector, BodySlot slot) {

@@ -5,6 +5,7 @@
 #include <absl/container/flat_hash_map.h>
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -56,7 +57,6 @@ class StaticIndex {
   bool may_have_ground(const SectorIndex& sector, const Eigen::AlignedBox3d& region) const;
 
   std::size_t size() const { return bodies_.size(); }
-
   // Another one after each body that comes or goes.
   std::uint64_t revision() const { return revision_; }
 

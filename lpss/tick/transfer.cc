@@ -48,6 +48,11 @@ std::vector<Transfer> give_sectors(Partition& partition, MapChange change) {
     if (partition.hosts(index)) continue;
     outbox[partition.map.owner(index)].sectors.push_back(with_parts(partition, partition.packed.take(index)));
   }
+  for (const Transfer& message : outbox) {
+    for (const MovedSector& moved : message.sectors) {
+      for (const MovedBody& body : moved.bodies) partition.body_moves.note_left(body.record.id);
+    }
+  }
   return outbox;
 }
 
@@ -59,7 +64,10 @@ void take_sectors(Partition& partition, const std::vector<Transfer>& inbox) {
   }
   std::sort(arriving.begin(), arriving.end(),
             [](const MovedSector* a, const MovedSector* b) { return a->sector < b->sector; });
-  for (const MovedSector* moved : arriving) unpack_sector(partition, *moved);
+  for (const MovedSector* moved : arriving) {
+    unpack_sector(partition, *moved);
+    partition.body_moves.note_arrived(moved->sector);
+  }
   review_joints(partition);
 }
 

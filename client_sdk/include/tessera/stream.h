@@ -28,11 +28,14 @@ struct WatchedRegion {
   Eigen::Vector3d half_size = Eigen::Vector3d::Constant(100);  // m
 };
 
+// Selects bodies: those that match all of it.
 struct BodyFilter {
   std::optional<WatchedRegion> region;  // none: everywhere
-  std::vector<BodyId> ids;              // empty: all
+  std::vector<BodyId> ids;              // empty: all that are not static
   std::uint32_t every_ticks = 1;        // only ticks that are multiples of this
   bool only_awake = false;
+  // Each frame has all bodies that match, at the cost of memory and time here, but of no bytes on the way.
+  bool complete = false;
 };
 
 struct BodySample {
@@ -44,9 +47,12 @@ struct BodySample {
   std::uint64_t server = 0;  // the node that hosts it
 };
 
+// What has changed since the frame before: bodies that are awake, have fallen asleep, have been moved, or are
+// new to the stream; the first frame has all. A body at rest is in no frame until it wakes or is moved.
 struct BodyFrame {
   Tick tick = 0;
-  std::vector<BodySample> bodies;  // ascending by id
+  std::vector<BodySample> bodies;  // ascending by id; with BodyFilter::complete all that match
+  std::vector<BodyId> gone;        // of earlier frames: removed, or no longer matching the filter; ascending
 };
 
 struct ContactFilter {

@@ -51,7 +51,7 @@ def test_frames_go_with_their_bodies() -> None:
     state.pose.position.sector.i = 5
     state.pose.position.local.x = 7
     state.pose.orientation.z = state.pose.orientation.w = half
-    frame = body_frame(1, [tessera_pb2.BodyBatch(bodies=[state])], 16)
+    frame = body_frame(1, tessera_pb2.BodyBatch(bodies=[state]), 16)
     handle = tessera.FoundFrame("crate::handle", 4, "crate", (2.0, 0.0, 1.0), (0.0, 0.0, half, half))
     position, orientation = frame.pose_of(handle)
     assert position.sector == (5, 0, 0)

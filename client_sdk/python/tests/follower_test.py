@@ -14,8 +14,8 @@ import tessera
 from tessera import stream
 from tessera._proto import tessera_pb2, tessera_pb2_grpc
 from tessera.client import BodyStream
-from tessera.frame import body_frame
 from tessera.keys import Keys
+from tessera.known_bodies import KnownBodies
 
 
 class Server(tessera_pb2_grpc.StreamsServicer):
@@ -72,11 +72,8 @@ class Coordinator:
     def watch(self) -> BodyStream:
         status = self.ask(PATIENCE_S)
         request = tessera_pb2.WatchBodiesRequest()
-
-        def read(tick: int, parts: list[tessera_pb2.BodyBatch]) -> tessera.BodyFrame:
-            return body_frame(tick, parts, sector_size=1)
-
-        return stream.Stream("WatchBodies", request, read, status, self.ask, Keys(), PATIENCE_S)
+        known = KnownBodies(sector_size=1, complete=True)
+        return stream.Stream("WatchBodies", request, known.take, status, self.ask, Keys(), PATIENCE_S)
 
 
 @pytest.fixture

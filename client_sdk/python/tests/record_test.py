@@ -69,7 +69,7 @@ def record(client: tessera.Client, path: Path, ticks: int, **options: Any) -> No
 
 def test_every_tick_is_there_as_it_was_streamed(client: tessera.Client, path: Path) -> None:
     client.load(falling_world(), replace=True)
-    with Recorder(client, path) as recorder, client.watch_bodies() as bodies, client.watch_contacts(
+    with Recorder(client, path) as recorder, client.watch_bodies(complete=True) as bodies, client.watch_contacts(
         persisting=True
     ) as contacts:
         client.step(90)

@@ -58,7 +58,7 @@ def processes(cluster: tessera.Cluster, name: str) -> list[int]:
 def test_each_tick_comes_once_where_processes_are_killed(cluster: tessera.Cluster) -> None:
     with cluster.connect() as client:
         client.load(WORLDS / "busy.sdf")
-        with client.watch_bodies() as bodies, client.watch_contacts() as contacts:
+        with client.watch_bodies(complete=True) as bodies, client.watch_contacts() as contacts:
             told = Told()
             client.resume()
             for name in (SERVER, COORDINATOR, SERVER):
@@ -73,7 +73,7 @@ def test_each_tick_comes_once_where_processes_are_killed(cluster: tessera.Cluste
         assert 0 < status.checkpoint_tick <= last
 
         client.load(WORLDS / "busy.sdf", replace=True)
-        with client.watch_bodies() as bodies, client.watch_contacts() as contacts:
+        with client.watch_bodies(complete=True) as bodies, client.watch_contacts() as contacts:
             undisturbed = Told()
             for tick in range(0, last, 200):
                 client.step(min(200, last - tick))
@@ -86,7 +86,7 @@ def test_each_tick_comes_once_where_processes_are_killed(cluster: tessera.Cluste
 def test_drained_server_can_be_ended(cluster: tessera.Cluster) -> None:
     with cluster.connect() as client:
         client.load(WORLDS / "busy.sdf")
-        with client.watch_bodies() as bodies:
+        with client.watch_bodies(complete=True) as bodies:
             frames = [bodies.next(PATIENCE_S)]
             client.resume()
             node = client.status().servers[0].node

@@ -36,7 +36,7 @@ def xyz(message: Any) -> tuple[float, float, float]:
 
 def frame_at(position: tessera.WorldPosition) -> BodyFrame:
     state = tessera_pb2.BodyState(id=7, pose=world_pose_message(position, (QUARTER, 0, 0, QUARTER)))
-    return body_frame(3, [tessera_pb2.BodyBatch(tick=3, bodies=[state])], 128)
+    return body_frame(3, tessera_pb2.BodyBatch(tick=3, bodies=[state]), 128)
 
 
 def test_shapes_that_tools_know_are_told_by_name() -> None:

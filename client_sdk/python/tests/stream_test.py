@@ -50,7 +50,7 @@ def test_body_crosses_from_server_to_server_without_gap_or_jump(client: tessera.
 def test_every_body_is_in_every_frame_once_as_arrays(client: tessera.Client) -> None:
     client.load(WORLDS / "busy.sdf", replace=True)
     movable = [body.id for body in client.find_bodies() if body.motion is not tessera.Motion.STATIC]
-    with client.watch_bodies(every_ticks=5) as stream:
+    with client.watch_bodies(every_ticks=5, complete=True) as stream:
         client.step(50)
         for tick in range(0, 51, 5):
             frame = stream.next(PATIENCE_S)

@@ -18,13 +18,13 @@ from tessera.frame import (
     ContactFrame,
     DivergenceFrame,
     Trajectory,
-    body_frame,
     contact_frame,
     divergence_frame,
     trajectory,
 )
 from tessera.joint import Drive, Joint, joint_ref
 from tessera.keys import Keys
+from tessera.known_bodies import KnownBodies
 from tessera.position import (
     IDENTITY,
     PositionLike,
@@ -361,7 +361,7 @@ class Client:
         names = [bodies] if isinstance(bodies, (int, str)) else bodies
         ids = {name if isinstance(name, int) else self.find(name).id for name in names}
         frames: list[BodyFrame] = []
-        with self.watch_bodies(ids=ids, every_ticks=every_ticks) as stream:
+        with self.watch_bodies(ids=ids, every_ticks=every_ticks, complete=True) as stream:
             frames.append(stream.next(CALL_TIMEOUT_S))
             for done in range(0, ticks, FRAMES_QUEUED_MAX):
                 last = self.step(min(FRAMES_QUEUED_MAX, ticks - done))
@@ -509,12 +509,14 @@ class Client:
         region: Region | None = None,
         every_ticks: int = 1,
         only_awake: bool = False,
+        complete: bool = False,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> BodyStream:
         """The states of bodies, from the next tick on, and immediately if the world is paused.
 
         Without `ids`, all bodies that are not static; without `region`, everywhere; only ticks that are
-        multiples of `every_ticks`.
+        multiples of `every_ticks`. The first frame has all of these bodies, each later one those that have
+        changed (`BodyFrame`), or with `complete` all again, which costs time here but no bytes on the way.
         """
         request = tessera_pb2.WatchBodiesRequest(
             ids=ids, every_ticks=every_ticks, only_awake=only_awake, in_columns=True
@@ -522,19 +524,11 @@ class Client:
         if region is not None:
             request.region.centre.CopyFrom(position_message(region.centre))
             request.region.half_size.CopyFrom(vector_message(region.half_size, "half_size"))
-        return self.stream_bodies(request, timeout)
-
-    def stream_bodies(
-        self, request: tessera_pb2.WatchBodiesRequest, timeout: float | None = CALL_TIMEOUT_S
-    ) -> BodyStream:
-        """As `watch_bodies()`, with a message of proto/tessera.proto."""
         status = self._watchable(timeout)
-        size = status.settings.sector_size
-
-        def read(tick: int, parts: list[tessera_pb2.BodyBatch]) -> BodyFrame:
-            return body_frame(tick, parts, size)
-
-        return Stream("WatchBodies", request, read, status, self.status, self._keys, timeout)
+        known = KnownBodies(status.settings.sector_size, complete)
+        return Stream(
+            "WatchBodies", request, known.take, status, self.status, self._keys, timeout, of_changes=True
+        )
 
     def watch_contacts(
         self, *, ids: Iterable[int] = (), persisting: bool = False, timeout: float | None = CALL_TIMEOUT_S

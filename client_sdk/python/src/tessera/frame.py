@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -30,7 +30,11 @@ Ids: TypeAlias = NDArray[np.uint64]
 
 @dataclass(frozen=True, eq=False)
 class BodyFrame:
-    """The bodies of one tick, ascending by id; row n of every array is of body `ids[n]`."""
+    """Bodies at one tick, ascending by id; row n of every array is of body `ids[n]`.
+
+    In a stream, those that have changed since the frame before: that are awake, have fallen asleep, have been
+    moved, or are new to the stream; the first frame has all. If it is complete, those of each frame are all.
+    """
 
     tick: int
     ids: Ids  # [n]
@@ -41,6 +45,8 @@ class BodyFrame:
     angular_velocities: Floats  # [n, 3], rad/s, world axes
     asleep: NDArray[np.bool_]  # [n]
     sector_size: float  # m, of the world
+    # Of earlier frames of a stream: bodies that were removed or no longer match what it is of; ascending.
+    gone: Ids = field(default_factory=lambda: np.empty(0, dtype=np.uint64))
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -178,30 +184,47 @@ class DivergenceFrame:
     divergences: Sequence[Divergence]
 
 
-def body_frame(tick: int, parts: Iterable[tessera_pb2.BodyBatch], sector_size: float) -> BodyFrame:
-    """Merges the parts of all servers for a tick, body by body or in columns, into one frame."""
-    columns = [_columns(part) for part in parts] or [_columns(tessera_pb2.BodyBatch())]
-    ids, sectors, motion, asleep = (np.concatenate(column) for column in zip(*columns))
-    order = np.argsort(ids)
-    motion = motion[order]
+@dataclass(frozen=True)
+class Columns:
+    """States of bodies, a row a body."""
+
+    ids: Ids  # [n]
+    sectors: Integers  # [n, 3]
+    motion: Floats  # [n, 13]: position, orientation, both velocities
+    asleep: NDArray[np.bool_]  # [n]
+
+    def rows(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> Columns:
+        return Columns(*(getattr(self, column.name)[which] for column in fields(Columns)))
+
+
+def body_frame(tick: int, batch: tessera_pb2.BodyBatch, sector_size: float) -> BodyFrame:
+    """The bodies of a batch, body by body or in columns, ascending by id."""
+    columns = columns_of(batch)
+    return frame_of(tick, columns.rows(np.argsort(columns.ids)), sector_size)
+
+
+def frame_of(tick: int, columns: Columns, sector_size: float, gone: Ids | None = None) -> BodyFrame:
+    """The frame of bodies that ascend by id."""
+    motion = columns.motion
     return BodyFrame(
         tick=tick,
-        ids=ids[order],
-        sectors=sectors[order],
+        ids=columns.ids,
+        sectors=columns.sectors,
         local=motion[:, 0:3],
         orientations=motion[:, 3:7],
         linear_velocities=motion[:, 7:10],
         angular_velocities=motion[:, 10:13],
-        asleep=asleep[order],
+        asleep=columns.asleep,
         sector_size=sector_size,
+        gone=np.empty(0, dtype=np.uint64) if gone is None else gone,
     )
 
 
-def _columns(part: tessera_pb2.BodyBatch) -> tuple[Ids, Integers, Floats, NDArray[np.bool_]]:
-    """Ids [n], sectors [n, 3], motion [n, 13] (position, orientation, both velocities) and sleep [n]."""
+def columns_of(part: tessera_pb2.BodyBatch) -> Columns:
+    """The bodies of a batch in its order."""
     if part.bodies:
         states = part.bodies
-        return (
+        return Columns(
             np.array([state.id for state in states], dtype=np.uint64),
             np.array([_sector(state.pose.position.sector) for state in states], dtype=np.int64),
             np.array([_motion(state) for state in states], dtype=np.float64),
@@ -215,12 +238,32 @@ def _columns(part: tessera_pb2.BodyBatch) -> tuple[Ids, Integers, Floats, NDArra
         (columns.linear_velocities, 3),
         (columns.angular_velocities, 3),
     )
-    return (
+    return Columns(
         np.array(columns.ids, dtype=np.uint64),
         sectors[np.array(columns.sector, dtype=np.intp)],
         np.hstack([np.array(column, dtype=np.float64).reshape(-1, width) for column, width in vectors]),
         np.array(columns.asleep, dtype=np.bool_),
     )
+
+
+def body_batch(frame: BodyFrame) -> tessera_pb2.BodyBatch:
+    """The bodies of a frame as a message, body by body."""
+    batch = tessera_pb2.BodyBatch(tick=frame.tick)
+    motion = np.hstack(
+        [frame.local, frame.orientations, frame.linear_velocities, frame.angular_velocities]
+    ).tolist()
+    rows = zip(frame.ids.tolist(), frame.sectors.tolist(), motion, frame.asleep.tolist())
+    for body, (i, j, k), (px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz), asleep in rows:
+        state = batch.bodies.add(id=body, asleep=asleep)
+        sector, local = state.pose.position.sector, state.pose.position.local
+        sector.i, sector.j, sector.k = i, j, k
+        local.x, local.y, local.z = px, py, pz
+        turn = state.pose.orientation
+        turn.x, turn.y, turn.z, turn.w = qx, qy, qz, qw
+        v, w = state.linear_velocity, state.angular_velocity
+        v.x, v.y, v.z = vx, vy, vz
+        w.x, w.y, w.z = wx, wy, wz
+    return batch
 
 
 def _sector(sector: world_pb2.SectorIndex) -> tuple[int, int, int]:

@@ -53,11 +53,13 @@ class Stream(Generic[Part, Frame]):
         ask_status: AskStatus,
         keys: Keys,
         timeout: float | None,
+        of_changes: bool = False,
     ) -> None:
         """Subscribes with a method of service Streams at every server that takes part in the world, and waits
-        until all have answered; `read` makes a frame from the parts of a tick. DeadlineExceeded, Unavailable.
+        until all have answered; `read` makes a frame from the parts of a tick. If they tell `of_changes`, those
+        of ticks that are left out come with the next tick. DeadlineExceeded, Unavailable.
         """
-        self._merger: StreamMerger[Part] = StreamMerger()
+        self._merger: StreamMerger[Part] = StreamMerger(of_changes)
         self._read = read
         follower = _Follower(self._merger, method, request, status, ask_status, keys)
         self._finalizer = weakref.finalize(self, follower.end, Cancelled("the stream was cancelled"))

@@ -74,6 +74,8 @@ class _Epoch(Generic[Part]):
     periods: dict[int, _Period[Part]] = field(default_factory=dict)  # by their first ticks
     last: defaultdict[int, int] = field(default_factory=lambda: defaultdict(lambda: -1))  # told, by node
     ended: set[int] = field(default_factory=set)  # nodes
+    # Parts that were not merged, by node, since that server's last one that was.
+    left_out: defaultdict[int, list[Part]] = field(default_factory=lambda: defaultdict(list))
     earliest: int = 0  # of the periods that may still come
 
     def all_have_told(self) -> bool:
@@ -101,7 +103,9 @@ class StreamMerger(Generic[Part]):
     Safe to use from any thread.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, of_changes: bool = False) -> None:
+        """If parts tell `of_changes`, those that are left out come before the server's next part."""
+        self._of_changes = of_changes
         self._changed = threading.Condition()
         self._load: int | None = None
         self._epoch: _Epoch[Part] = _Epoch()  # the last of which all servers have told
@@ -129,13 +133,18 @@ class StreamMerger(Generic[Part]):
             if self._end:
                 return False
             epoch = self._epoch if source.epoch == self._epoch.number else self._newest
-            if source.epoch < epoch.number or source.since < epoch.earliest:
+            if source.epoch < epoch.number:
+                return True
+            if source.since < epoch.earliest:
+                self._leave_out(epoch, part)
                 return True
             epoch.ended.discard(part.node)
             period = epoch.periods.setdefault(source.since, _Period(source.servers))
             queue = period.queues[part.node]
             if part.tick > max(epoch.last[part.node], self._merged):
                 queue.append(part)
+            else:
+                self._leave_out(epoch, part)
             epoch.last[part.node] = max(epoch.last[part.node], part.tick)
             if self._newest is not self._epoch and self._newest.all_have_told():
                 self._begin_newest()
@@ -194,7 +203,7 @@ class StreamMerger(Generic[Part]):
         for period in self._epoch.periods.values():
             for queue in period.queues.values():
                 while queue and queue[0].tick <= self._merged:
-                    queue.popleft()
+                    self._leave_out(self._epoch, queue.popleft())
 
     def _take(self) -> tuple[int, list[Part]] | None:
         return self._ready.popleft() if self._ready else self._take_merged()
@@ -209,6 +218,8 @@ class StreamMerger(Generic[Part]):
                 return None
             for queue in epoch.periods.pop(since).queues.values():
                 self._skipped += sum(part.tick >= since for part in queue)
+                for part in queue:
+                    self._leave_out(epoch, part)
             epoch.earliest = min(epoch.periods)
         return None
 
@@ -226,11 +237,15 @@ class StreamMerger(Generic[Part]):
                 return self._merge([parts.popleft() for parts in queues])
             for parts, tick in zip(queues, ticks):
                 if tick < max(ticks):
-                    parts.popleft()
+                    self._leave_out(self._epoch, parts.popleft())
                     # What a server that joined told of the tick before is not missed.
                     self._skipped += tick >= since
             self._changed.notify_all()
         return None
+
+    def _leave_out(self, epoch: _Epoch[Part], part: Part) -> None:
+        if self._of_changes:
+            epoch.left_out[part.node].append(part)
 
     def _merge(self, parts: list[Part]) -> tuple[int, list[Part]]:
         is_whole = not any(part.source.first for part in parts)
@@ -238,4 +253,5 @@ class StreamMerger(Generic[Part]):
             self._skipped += 1
         self._merged = parts[0].tick
         self._changed.notify_all()
-        return self._merged, parts if is_whole else []
+        with_earlier = [each for part in parts for each in (*self._epoch.left_out.pop(part.node, ()), part)]
+        return self._merged, with_earlier if is_whole else []

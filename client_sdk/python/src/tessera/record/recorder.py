@@ -14,9 +14,9 @@ import numpy as np
 from google.protobuf import json_format
 
 from tessera._proto import tessera_pb2, world_pb2
-from tessera.client import CALL_TIMEOUT_S, BodyName, BodyStream, Client, Status
+from tessera.client import CALL_TIMEOUT_S, BodyName, Client, Status
 from tessera.errors import Cancelled, InvalidArgument, NotFound
-from tessera.frame import Ids, body_frame
+from tessera.frame import BodyFrame, Ids, body_batch, body_frame
 from tessera.position import Sector, SectorLike, sector_message, to_sector
 from tessera.record import topics
 from tessera.record.mcap_writer import McapWriter
@@ -62,7 +62,9 @@ class Recorder:
         self._ids = [body if isinstance(body, int) else client.find(body).id for body in bodies]
         with ExitStack() as ending:
             self._contacts = ending.enter_context(client.watch_contacts(ids=self._ids, persisting=every == 1))
-            self._bodies = ending.enter_context(self._watch(self._ids, every))
+            self._bodies = ending.enter_context(
+                client.watch_bodies(ids=self._ids, every_ticks=every, complete=True)
+            )
             status = client.status()
             self.world: str = status.world
             self.time_step: float = status.settings.time_step
@@ -100,13 +102,13 @@ class Recorder:
         end: int | None = None
         while end is None or self._next_tick() <= end:
             try:
-                tick, parts = self._bodies.next_parts()
+                frame = self._bodies.next()
             except Cancelled:
                 return
-            self._record(tick, parts)
+            self._record(frame)
             if end is None and ticks is not None:
-                end = tick + ticks
-            yield tick
+                end = frame.tick + ticks
+            yield frame.tick
 
     def stop(self) -> None:
         """Ends `run()`. Safe to call from any thread."""
@@ -159,16 +161,12 @@ class Recorder:
         """The current states of these bodies, static or not."""
         if not ids:
             return tessera_pb2.BodyBatch()
-        with self._watch(ids) as stream:
-            return _bodies_of(*stream.next_parts(CALL_TIMEOUT_S))
+        with self._client.watch_bodies(ids=ids) as stream:
+            return body_batch(stream.next(CALL_TIMEOUT_S))
 
-    def _watch(self, ids: list[int], every: int = 1) -> BodyStream:
-        """Converts columns to bodies: in recordings, bodies have named fields, for tools that read them."""
-        return self._client.stream_bodies(tessera_pb2.WatchBodiesRequest(ids=ids, every_ticks=every))
-
-    def _record(self, tick: int, parts: list[tessera_pb2.BodyBatch]) -> None:
-        bodies = _bodies_of(tick, parts)
-        frame = body_frame(tick, [bodies], self._sector_size)
+    def _record(self, frame: BodyFrame) -> None:
+        """Bodies have named fields in recordings, for tools that read them."""
+        tick = frame.tick
         is_scene_old = False
         second = int(tick * self.time_step)
         if second > self._second:
@@ -180,7 +178,7 @@ class Recorder:
             is_scene_old = True
         if is_scene_old:
             self._draw(tick)
-        self._write(topics.BODIES, tick, bodies)
+        self._write(topics.BODIES, tick, body_batch(frame))
         self._write(topics.TF, tick, transforms(frame, self._names, self.sector, self._time_of(tick)))
         self._record_contacts(tick)
         self.tick = tick
@@ -210,7 +208,7 @@ class Recorder:
             return False
         self._learn(tick, ids)
         self._statics.tick = tick
-        frame = body_frame(tick, [self._statics], self._sector_size)
+        frame = body_frame(tick, self._statics, self._sector_size)
         self._write(topics.STATIC_BODIES, tick, self._statics)
         self._write(topics.TF_STATIC, tick, transforms(frame, self._names, self.sector, self._time_of(tick)))
         return True
@@ -240,17 +238,8 @@ class Recorder:
         self._file.write(self._channels[topic], self._time_of(tick), data, tick & 0xFFFFFFFF)
 
 
-def _bodies_of(tick: int, parts: list[tessera_pb2.BodyBatch]) -> tessera_pb2.BodyBatch:
-    """The parts of all servers for a tick, merged."""
-    result = tessera_pb2.BodyBatch(tick=tick)
-    for part in parts:
-        result.bodies.extend(part.bodies)
-    result.bodies.sort(key=attrgetter("id"))
-    return result
-
-
 def _contacts_of(tick: int, parts: list[tessera_pb2.ContactBatch]) -> tessera_pb2.ContactBatch:
-    """Likewise."""
+    """The parts of all servers for a tick, merged."""
     result = tessera_pb2.ContactBatch(tick=tick)
     for part in parts:
         result.contacts.extend(part.contacts)

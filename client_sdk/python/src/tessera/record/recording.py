@@ -130,7 +130,7 @@ class Recording:
     def _frames(self, topic: str, first: int, last: int) -> Iterator[BodyFrame]:
         for message in self._reader.messages(topic, first, last):
             batch = tessera_pb2.BodyBatch.FromString(message.data)
-            yield body_frame(batch.tick, [batch], self.settings.sector_size)
+            yield body_frame(batch.tick, batch, self.settings.sector_size)
 
 
 def _place(ticks: NDArray[np.uint64], tick: int) -> int:

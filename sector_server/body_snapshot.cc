@@ -1,0 +1,83 @@
+#include "sector_server/body_snapshot.h"
+
+#include <absl/container/flat_hash_map.h>
+
+#include <algorithm>
+
+#include "lpss/model/world_records.h"
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+void describe(const BodySnapshot::Body& body, double sector_size, v1::BodyState& state) {
+  state.set_id(body.id.value);
+  *state.mutable_pose() = to_proto(body_pose(body.home, body.state, body.centre_frame, sector_size));
+  *state.mutable_linear_velocity() = to_proto(Eigen::Vector3d(body.state.linear_velocity.data()));
+  *state.mutable_angular_velocity() = to_proto(Eigen::Vector3d(body.state.angular_velocity.data()));
+  state.set_asleep(body.state.activity == Activity::kAsleep);
+}
+
+void put(const Eigen::Vector3d& vector, google::protobuf::RepeatedField<double>& column) {
+  for (int axis = 0; axis < 3; ++axis) column.AddAlreadyReserved(vector[axis]);
+}
+
+using BodiesInOrder = std::vector<const BodySnapshot::Body*>;
+
+BodiesInOrder by_id(const BodySnapshot& snapshot) {
+  BodiesInOrder bodies;
+  bodies.reserve(snapshot.bodies.size());
+  for (const BodySnapshot::Body& body : snapshot.bodies) bodies.push_back(&body);
+  std::sort(bodies.begin(), bodies.end(), [](const auto* a, const auto* b) { return a->id < b->id; });
+  return bodies;
+}
+
+void describe(const BodiesInOrder& bodies, double sector_size, v1::BodyColumns& columns) {
+  const int count = static_cast<int>(bodies.size());
+  columns.mutable_ids()->Reserve(count);
+  columns.mutable_sector()->Reserve(count);
+  columns.mutable_positions()->Reserve(3 * count);
+  columns.mutable_orientations()->Reserve(4 * count);
+  columns.mutable_linear_velocities()->Reserve(3 * count);
+  columns.mutable_angular_velocities()->Reserve(3 * count);
+  columns.mutable_asleep()->Reserve(count);
+  absl::flat_hash_map<SectorIndex, std::uint32_t> places;
+  for (const BodySnapshot::Body* body : bodies) {
+    const BodyState& state = body->state;
+    const WorldPose pose = body_pose(body->home, state, body->centre_frame, sector_size);
+    const auto [place, is_new] = places.try_emplace(pose.position.sector, places.size());
+    if (is_new) *columns.add_sectors() = to_proto(pose.position.sector);
+    columns.mutable_ids()->AddAlreadyReserved(body->id.value);
+    columns.mutable_sector()->AddAlreadyReserved(place->second);
+    put(pose.position.local, *columns.mutable_positions());
+    for (const double part : pose.orientation.coeffs())
+      columns.mutable_orientations()->AddAlreadyReserved(part);
+    put(Eigen::Vector3d(state.linear_velocity.data()), *columns.mutable_linear_velocities());
+    put(Eigen::Vector3d(state.angular_velocity.data()), *columns.mutable_angular_velocities());
+    columns.mutable_asleep()->AddAlreadyReserved(state.activity == Activity::kAsleep);
+  }
+}
+
+}  // namespace
+
+std::size_t bytes_of(const BodySnapshot& snapshot) {
+  return sizeof snapshot + snapshot.bodies.capacity() * sizeof(BodySnapshot::Body) +
+         snapshot.gone.capacity() * sizeof(BodyId);
+}
+
+void describe(const BodySnapshot& snapshot, NodeId node, bool in_columns, v1::BodyBatch& batch) {
+  batch.Clear();
+  batch.set_tick(snapshot.tick);
+  batch.set_node(node.value);
+  *batch.mutable_source() = snapshot.source;
+  const BodiesInOrder bodies = by_id(snapshot);
+  if (in_columns) {
+    if (!bodies.empty()) describe(bodies, snapshot.sector_size, *batch.mutable_columns());
+  } else {
+    for (const auto* body : bodies) describe(*body, snapshot.sector_size, *batch.add_bodies());
+  }
+  for (const BodyId id : snapshot.gone) batch.add_gone(id.value);
+  batch.set_whole(snapshot.whole);
+}
+
+}  // namespace tessera

@@ -1,0 +1,202 @@
+// What several servers tell of a world, tick by tick, is what the world is: whatever is left out on the way,
+// whoever hosts which sector, and whatever a client asks for.
+#include "sector_server/told_bodies.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <ostream>
+#include <random>
+
+#include "client_sdk/src/body_frames.h"
+#include "client_sdk/src/stream_traits.h"
+#include "lpss/model/world_records.h"
+#include "lpss/partition/packing.h"
+#include "lpss/simulation/example_worlds.h"
+#include "lpss/simulation/test_runs.h"
+#include "proto/convert.h"
+
+namespace tessera {
+namespace {
+
+constexpr int kBodies = 60;
+constexpr int kTicks = 300;
+
+struct StreamCase {
+  const char* name;
+  std::uint32_t servers;
+  v1::WatchBodiesRequest request;
+  bool drops = false;  // some news find no room
+
+  friend void PrintTo(const StreamCase& given, std::ostream* out) { *out << given.name; }
+};
+
+v1::WatchBodiesRequest in_region() {
+  v1::WatchBodiesRequest request;
+  *request.mutable_region()->mutable_half_size() = to_proto(Eigen::Vector3d(3, 3, 1.5));
+  return request;
+}
+v1::WatchBodiesRequest of_ids(int count, bool awake = false) {
+  v1::WatchBodiesRequest request;
+  for (int n = 0; n < count; ++n) request.add_ids(1 + 2 * n);
+  request.add_ids(kBodies + 1);  // static
+  request.set_only_awake(awake);
+  return request;
+}
+
+class ToldWorld : public testing::TestWithParam<StreamCase> {
+ protected:
+  void SetUp() override {
+    WorldDescription world = pile_world(sectors_of(4), kBodies);
+    world.settings.sleep_after = 0.1;
+    if (GetParam().servers > 1) world.settings.shuffle = 7;
+    cluster_ = cluster_of(world, GetParam().servers);
+    for (Rank rank = 0; rank < GetParam().servers; ++rank) {
+      cluster_->partition(rank).pack_after = 0;
+      told_.emplace_back(GetParam().request);
+    }
+    changes_.resize(GetParam().servers);
+    size_ = world.settings.sector_size;
+  }
+
+  std::vector<Command> some_commands() {
+    std::vector<Command> commands;
+    if (random_() % 8 != 0) return commands;
+    const BodyId id{random_() % kBodies + 1};
+    const absl::StatusOr<BodyRecord> record = cluster_->body(id);
+    if (!record.ok()) return commands;
+    switch (random_() % 4) {
+      case 0:
+        commands.push_back(RemoveBody{id, {}});
+        break;
+      case 1: {
+        Teleport jump{id, record->home, record->state};
+        jump.state.position[0] = -jump.state.position[0];
+        jump.state.activity = Activity::kAwake;
+        commands.push_back(jump);
+        break;
+      }
+      default:
+        commands.push_back(ApplyImpulse{id, {0, 0, 3 * record->properties.mass}, {}});
+    }
+    return commands;
+  }
+
+  // What matches, from the partitions themselves.
+  std::map<BodyId, WorldPosition> expected() {
+    const v1::WatchBodiesRequest& request = GetParam().request;
+    std::map<BodyId, WorldPosition> all;
+    const auto consider = [&](const BodyRecord& body) {
+      const WorldPosition at{body.home, Eigen::Vector3d(body.state.position.data())};
+      if (request.only_awake() && body.state.activity == Activity::kAsleep) return;
+      if (request.has_region()) {
+        const Eigen::Vector3d away = relative_to(at, {}, size_).cwiseAbs();
+        if ((away.array() > from_proto(request.region().half_size()).array()).any()) return;
+      }
+      const auto& ids = request.ids();
+      if (!ids.empty() && std::find(ids.begin(), ids.end(), body.id.value) == ids.end()) return;
+      all.emplace(body.id, body_pose(body.home, body.state, centre_frame(body.properties), size_).position);
+    };
+    for (Rank rank = 0; rank < GetParam().servers; ++rank) {
+      const Partition& partition = cluster_->partition(rank);
+      for_each_body(partition, consider);
+      if (request.ids().empty() || request.only_awake()) continue;
+      if (rank == 0) partition.statics.for_each(consider);
+    }
+    return all;
+  }
+
+  // The batch of a server; nothing where it does not find room.
+  std::optional<BodyNews> batch(Rank rank, Tick tick) {
+    const Partition& partition = cluster_->partition(rank);
+    BodySnapshot snapshot = told_[rank].news(partition, changes_[rank], {});
+    if (GetParam().drops && random_() % 3 == 0) return std::nullopt;
+    told_[rank].told(snapshot);
+    snapshot.tick = tick;
+    v1::BodyBatch message;
+    describe(snapshot, NodeId{rank + 1}, /*in_columns=*/true, message);
+    bodies_told_ += static_cast<std::size_t>(message.columns().ids_size());
+    absl::StatusOr<BodyNews> news = BodyTraits::read(message);
+    EXPECT_TRUE(news.ok()) << news.status();
+    return *std::move(news);
+  }
+
+  std::mt19937 random_{1};
+  std::unique_ptr<PartitionCluster> cluster_;
+  std::vector<BodyChanges> changes_;
+  std::vector<ToldBodies> told_;
+  double size_ = 0;
+  std::size_t bodies_told_ = 0;
+};
+
+TEST_P(ToldWorld, IsTheWorld) {
+  const std::uint64_t every = std::max<std::uint64_t>(GetParam().request.every_ticks(), 1);
+  StreamMerger<BodyNews> merger;
+  KnownBodies known(true);
+  int compared = 0;
+  for (Tick tick = 0; tick < kTicks; ++tick) {
+    bool is_whole = tick % every == 0;
+    for (Rank rank = 0; rank < GetParam().servers; ++rank) {
+      changes_[rank].look(cluster_->partition(rank));
+      if (tick % every != 0) continue;
+      if (std::optional<BodyNews> news = batch(rank, tick)) {
+        merger.push({.load = 1, .epoch = 1, .servers = GetParam().servers, .node = rank + 1, .since = 0},
+                    *std::move(news));
+      } else {
+        is_whole = false;
+      }
+      changes_[rank].drop_until(told_[rank].until().value_or(0));
+    }
+    if (is_whole) {
+      absl::StatusOr<BodyNews> news = merger.next(absl::ZeroDuration());
+      ASSERT_TRUE(news.ok()) << news.status();
+      ASSERT_EQ(news->tick, tick);
+      std::map<BodyId, WorldPosition> frame;
+      for (const BodySample& body : known.take(*std::move(news)).bodies)
+        frame.emplace(body.id, body.pose.position);
+      ASSERT_EQ(frame, expected()) << "tick " << tick;
+      ++compared;
+    }
+    cluster_->step(some_commands());
+  }
+  EXPECT_GT(compared, 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Streams, ToldWorld,
+    testing::Values(StreamCase{"all", 1, {}}, StreamCase{"all_of_three", 3, {}},
+                    StreamCase{"region", 3, in_region()}, StreamCase{"ids", 3, of_ids(20)},
+                    StreamCase{"awake", 3, of_ids(20, true)}, StreamCase{"few", 1, of_ids(2)},
+                    StreamCase{"seldom", 3,
+                               [] {
+                                 v1::WatchBodiesRequest request = in_region();
+                                 request.set_every_ticks(7);
+                                 return request;
+                               }()},
+                    StreamCase{"slow", 3, {}, true}, StreamCase{"slow_region", 2, in_region(), true}),
+    [](const auto& given) { return std::string(given.param.name); });
+
+TEST(ToldBodies, SayNothingOfSleepers) {
+  const std::unique_ptr<PartitionCluster> cluster = cluster_of(pile_world({}, kBodies), 1);
+  const Partition& partition = cluster->partition(0);
+  BodyChanges changes;
+  ToldBodies told({});
+  std::size_t last = 0;
+  for (int tick = 0; tick < 1200; ++tick) {
+    changes.look(cluster->partition(0));
+    const BodySnapshot news = told.news(partition, changes, {});
+    told.told(news);
+    EXPECT_EQ(news.whole, tick == 0);
+    last = news.bodies.size();
+    cluster->step();
+  }
+  std::size_t awake = 0;
+  for_each_body(partition,
+                [&](const BodyRecord& body) { awake += body.state.activity == Activity::kAsleep ? 0 : 1; });
+  EXPECT_EQ(last, awake);
+  EXPECT_LT(awake, kBodies / 4u);
+}
+
+}  // namespace
+}  // namespace tessera
