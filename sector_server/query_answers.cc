@@ -62,21 +62,29 @@ absl::Status check_way(const v1::Vector3& given, double length) {
   return bounded("length", length, 0, kRayLengthMax, "m");
 }
 
+template <typename Query>
+absl::Status check_except(const Query& query) {
+  return ascend("bodies to pass through", query.except(), [](const v1::BodyRef& body) { return body.id(); });
+}
+
 absl::Status check_query(const v1::Query& query, double sector_size) {
   switch (query.kind_case()) {
     case v1::Query::kRay:
       if (absl::Status status = finite("origin", from_proto(query.ray().origin()).local); !status.ok())
         return status;
+      if (absl::Status status = check_except(query.ray()); !status.ok()) return status;
       return check_way(query.ray().direction(), query.ray().length());
     case v1::Query::kSweep:
       if (absl::Status status = check_probe(query.sweep().probe(), query.sweep().pose(), sector_size);
           !status.ok())
         return status;
+      if (absl::Status status = check_except(query.sweep()); !status.ok()) return status;
       return check_way(query.sweep().direction(), query.sweep().length());
     case v1::Query::kNear:
       if (absl::Status status = check_probe(query.near().probe(), query.near().pose(), sector_size);
           !status.ok())
         return status;
+      if (absl::Status status = check_except(query.near()); !status.ok()) return status;
       return bounded("reach", query.near().reach(), 0, kNearReachMax * sector_size, "m");
     case v1::Query::kStates:
     case v1::Query::kHash:
@@ -92,19 +100,45 @@ void write_hash(const Partition& partition, v1::PartialResult& part) {
   part.set_hash_high(hash.high());
 }
 
-void write_hits(Partition& partition, const v1::RayQuery& ray, v1::RayHits& result) {
-  const std::optional<RayAnswer> hit =
-      raycast(partition, from_proto(ray.origin()), from_proto(ray.direction()), ray.length(), ray.mask());
-  if (!hit) return;
-  v1::RayHits::Hit& told = *result.add_hits();
-  told.set_body(hit->body.value);
-  told.set_distance(hit->distance);
-  *told.mutable_normal() = to_proto(hit->normal);
+// Of a query that was checked: bodies are given by ids, ascending.
+template <typename Query>
+std::vector<BodyId> except(const Query& query) {
+  std::vector<BodyId> ids;
+  for (const v1::BodyRef& body : query.except()) ids.push_back(BodyId{body.id()});
+  return ids;
 }
 
-void write_near(Partition& partition, const v1::NearQuery& query, v1::NearBodies& result) {
-  for (const NearBody& near : bodies_near(partition, checked_probe(query.probe()), from_proto(query.pose()),
-                                          query.reach(), query.mask())) {
+void write_hit(const RayAnswer& hit, v1::RayHits& result) {
+  v1::RayHits::Hit& told = *result.add_hits();
+  told.set_body(hit.body.value);
+  told.set_distance(hit.distance);
+  *told.mutable_normal() = to_proto(hit.normal);
+}
+
+void write_hits(Queries& queries, const v1::RayQuery& ray, v1::RayHits& result) {
+  const std::vector<BodyId> passed = except(ray);
+  const QueryFilter filter{ray.mask(), passed};
+  const WorldPosition origin = from_proto(ray.origin());
+  const Eigen::Vector3d direction = from_proto(ray.direction());
+  if (ray.wanted() == v1::RayQuery::ALL) {
+    for (const RayAnswer& hit : queries.raycast_all(origin, direction, ray.length(), filter))
+      write_hit(hit, result);
+  } else if (const auto hit = queries.raycast(origin, direction, ray.length(), filter)) {
+    write_hit(*hit, result);
+  }
+}
+
+void write_touch(Queries& queries, const v1::SweepQuery& sweep, v1::RayHits& result) {
+  const std::vector<BodyId> passed = except(sweep);
+  const auto touch = queries.sweep(checked_probe(sweep.probe()), from_proto(sweep.pose()),
+                                   from_proto(sweep.direction()), sweep.length(), {sweep.mask(), passed});
+  if (touch) write_hit(*touch, result);
+}
+
+void write_near(Queries& queries, const v1::NearQuery& query, v1::NearBodies& result) {
+  const std::vector<BodyId> passed = except(query);
+  for (const NearBody& near : queries.bodies_near(checked_probe(query.probe()), from_proto(query.pose()),
+                                                  query.reach(), {query.mask(), passed})) {
     v1::NearBodies::Found& body = *result.add_bodies();
     body.set_id(near.body.value);
     body.set_distance(near.distance);
@@ -134,12 +168,14 @@ void write_states(const Partition& partition, const v1::StatesQuery& query, v1::
   }
 }
 
-void write_part(Partition& partition, const v1::Query& query, v1::PartialResult& part) {
+void write_part(Partition& partition, Queries& queries, const v1::Query& query, v1::PartialResult& part) {
   switch (query.kind_case()) {
     case v1::Query::kRay:
-      return write_hits(partition, query.ray(), *part.mutable_result()->mutable_ray());
+      return write_hits(queries, query.ray(), *part.mutable_result()->mutable_ray());
+    case v1::Query::kSweep:
+      return write_touch(queries, query.sweep(), *part.mutable_result()->mutable_sweep());
     case v1::Query::kNear:
-      return write_near(partition, query.near(), *part.mutable_result()->mutable_near());
+      return write_near(queries, query.near(), *part.mutable_result()->mutable_near());
     case v1::Query::kStates:
       return write_states(partition, query.states(), *part.mutable_result()->mutable_states());
     default:
@@ -188,7 +224,7 @@ void QueryAnswers::answer(const v1::Question& question, Tick tick, bool with_sha
     return answer_with_snapshot(question.snapshot(), std::move(message), with_shared);
   if (question.has_load()) write_load(partition_, question.load().ahead(), meter, *answer.mutable_load());
   for (const v1::Query& query : question.queries().all())
-    write_part(partition_, query, *answer.add_results());
+    write_part(partition_, queries_, query, *answer.add_results());
   send_(kCoordinatorNode, message);
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cluster.pb.h"
+#include "lpss/observe/queries.h"
 #include "lpss/partition/partition.h"
 #include "sector_server/changed_chunks.h"
 #include "sector_server/tick_meter.h"
@@ -21,7 +22,7 @@ class QueryAnswers {
 
   // The partition must outlive this.
   QueryAnswers(std::uint64_t world, Partition& partition, Send send)
-      : world_(world), partition_(partition), send_(std::move(send)) {}
+      : world_(world), partition_(partition), queries_(partition), send_(std::move(send)) {}
 
   // INVALID_ARGUMENT for a question that answer() must not be given.
   absl::Status check(const v1::Question& question) const;
@@ -34,6 +35,7 @@ class QueryAnswers {
 
   const std::uint64_t world_;
   Partition& partition_;
+  Queries queries_;
   const Send send_;
   ChangedChunks changed_chunks_;
 };

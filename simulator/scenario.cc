@@ -294,7 +294,7 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
   absl::Status outcome = driver.run(scenario.ticks - after_faults);
   cluster.outlast_faults();
   if (outcome.ok()) outcome = cluster.failure();
-  if (outcome.ok() && after_faults > 0) outcome = cluster.step(after_faults).status();
+  if (outcome.ok() && after_faults > 0) outcome = cluster.step(after_faults);
   if (!outcome.ok()) return broken(outcome);
   ScenarioReport report;
   report.tick = driver.done() + after_faults;
