@@ -14,8 +14,8 @@ namespace {
 // Removal of body n at tick n.
 v1::StoredInput input(std::uint64_t n) {
   v1::StoredInput input;
-  input.mutable_command()->set_tick(n);
-  input.mutable_command()->mutable_remove()->mutable_body()->set_id(n);
+  input.mutable_commands()->set_tick(n);
+  input.mutable_commands()->add_commands()->mutable_remove()->mutable_body()->set_id(n);
   return input;
 }
 

@@ -186,11 +186,11 @@ absl::StatusOr<CrowdRun> run_crowd(const WorldDescription& world, Tick ticks, co
   CrowdRun run = work.summary(ticks);
   const Tick end = std::max<Tick>(ticks + kAhead, paused->tick());
   if (end > paused->tick()) {
-    if (const auto stepped = cluster.step(end - paused->tick()); !stepped.ok()) return stepped.status();
+    if (absl::Status stepped = cluster.step(end - paused->tick()); !stepped.ok()) return stepped;
   }
-  const absl::StatusOr<v1::HashReply> hash = cluster.hash();
+  const absl::StatusOr<SimulatedCluster::HashAt> hash = cluster.hash();
   if (!hash.ok()) return hash.status();
-  run.hash = absl::StrCat(hash->tick(), ":", hash->hash());
+  run.hash = absl::StrCat(hash->tick, ":", hash->hash);
   run.real_time_factor = done / took;
   run.moves = after->map_epoch() - before->map_epoch();
   run.moved_sectors = after->moved_sectors();

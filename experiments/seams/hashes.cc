@@ -27,10 +27,10 @@ absl::StatusOr<std::string> hash_on_network(const WorldDescription& world, std::
   SimulatedCluster cluster(seed, kServers, world.settings.precision);
   cluster.end_when(cli::interrupted);
   if (absl::Status loaded = cluster.load(world); !loaded.ok()) return loaded;
-  if (const auto stepped = cluster.step(ticks); !stepped.ok()) return stepped.status();
-  const absl::StatusOr<v1::HashReply> hash = cluster.hash();
+  if (absl::Status stepped = cluster.step(ticks); !stepped.ok()) return stepped;
+  const absl::StatusOr<SimulatedCluster::HashAt> hash = cluster.hash();
   if (!hash.ok()) return hash.status();
-  return hash->hash();
+  return hash->hash;
 }
 
 }  // namespace
