@@ -18,7 +18,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 PACKAGE = "tessera/_proto"
-NAMES = ("world.proto", "tessera.proto")
+NAMES = ("world.proto", "command.proto", "query.proto", "tessera.proto")
 DESCRIBED = "foxglove"  # no module: other packages register messages of the same names
 
 

@@ -10,7 +10,7 @@ import pytest
 from conftest import flat_world
 
 import tessera
-from tessera import command
+from tessera import program
 
 SECTOR = 10.0
 
@@ -159,7 +159,7 @@ def test_inertia_is_that_of_the_command_line(client: tessera.Client, cluster: te
         here = client.spawn(tessera.Body(f"here {text}", shape, 3, (0, 0, 40)))
         subprocess.run(
             [
-                command.find(),
+                program.find(),
                 "spawn",
                 "--connect",
                 cluster.address,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -21,7 +21,7 @@ class Coordinator(tessera_pb2_grpc.TesseraServicer):
         self.leads = False
         self.loses_answers = False
         self.pauses = 0
-        self.pushes: list[tuple[Any, Any]] = []  # session and number
+        self.pushes: list[tuple[Any, int]] = []  # session and number
         self.server = grpc.server(ThreadPoolExecutor(4))
         tessera_pb2_grpc.add_TesseraServicer_to_server(self, self.server)
         self.address = f"127.0.0.1:{self.server.add_insecure_port('127.0.0.1:0')}"
@@ -41,13 +41,14 @@ class Coordinator(tessera_pb2_grpc.TesseraServicer):
         self.pauses += 1
         return tessera_pb2.PauseReply(tick=self.pauses)
 
-    def ApplyImpulse(self, request: tessera_pb2.ApplyImpulseRequest, context: Any) -> tessera_pb2.CommandReply:
-        self._refuse_unless_it_leads(context)
-        headers = dict(context.invocation_metadata())
-        self.pushes.append((headers["tessera-session"], headers["tessera-call"]))
-        if self.loses_answers:
-            context.abort(grpc.StatusCode.UNAVAILABLE, "the connection is lost")
-        return tessera_pb2.CommandReply(tick=7)
+    def Session(self, requests: Iterable[tessera_pb2.Request], context: Any) -> Iterator[tessera_pb2.Reply]:
+        session = dict(context.invocation_metadata())["tessera-session"]
+        for request in requests:
+            self._refuse_unless_it_leads(context)
+            self.pushes.append((session, request.number))
+            if self.loses_answers:
+                context.abort(grpc.StatusCode.UNAVAILABLE, "the connection is lost")
+            yield tessera_pb2.Reply(number=request.number, applied={"tick": 7})
 
 
 @pytest.fixture
@@ -94,7 +95,7 @@ def test_a_command_whose_answer_is_lost_is_made_again_under_its_number(pair: lis
         pair[0].loses_answers = False
         assert client.apply_impulse("ball", (1, 0, 0)) == 7
         session, number = pair[1].pushes[0]
-        assert pair[1].pushes[1] == (session, str(int(number) + 1))
+        assert pair[1].pushes[1] == (session, number + 1)
 
 
 def test_a_standby_alone_refuses_at_once(pair: list[Coordinator]) -> None:

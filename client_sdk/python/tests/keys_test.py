@@ -10,13 +10,13 @@ import pytest
 from conftest import flat_world
 
 import tessera
-from tessera import command
+from tessera import program
 
 
 @pytest.fixture(scope="module")
 def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("keys") / "keys"
-    command.run("keys", "create", str(folder), "--days", "2")
+    program.run("keys", "create", str(folder), "--days", "2")
     return folder
 
 

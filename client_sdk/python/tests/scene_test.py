@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tessera
-from tessera._proto import tessera_pb2
+from tessera._proto import query_pb2, tessera_pb2
 from tessera.frame import BodyFrame, body_frame
 from tessera.position import world_pose_message
 from tessera.record.scene import scene, transforms
@@ -20,7 +20,7 @@ QUARTER = 0.5**0.5  # x and w of a quarter turn about x
 
 def drawn(shape: tessera.Shape, motion: tessera.Motion = tessera.Motion.DYNAMIC) -> Any:
     """The entity of one body of that shape."""
-    body = tessera_pb2.FindBodiesReply.Found(id=7, name="thing")
+    body = query_pb2.FoundBodies.Found(id=7, name="thing")
     body.properties.motion = motion.value
     body.properties.shape = 3
     update = scene([body], {3: shape}, 1_500_000_000)

@@ -9,7 +9,7 @@ import pytest
 from conftest import WORLDS, flat_world
 
 import tessera
-from tessera import command
+from tessera import program
 
 EMPTY = """<sdf version="1.9"><world name="empty"><gravity>0 0 -9.81</gravity></world></sdf>"""
 
@@ -40,7 +40,7 @@ def test_file_is_the_world_that_the_command_line_loads(
     client.step(30)
     ours = client.hash()
     subprocess.run(
-        [command.find(), "load", str(WORLDS / "tower.sdf"), "--replace", "--connect", cluster.address],
+        [program.find(), "load", str(WORLDS / "tower.sdf"), "--replace", "--connect", cluster.address],
         check=True,
         capture_output=True,
     )
@@ -88,7 +88,7 @@ def test_what_cannot_be_read_says_why(tmp_path: Path) -> None:
 
 
 def test_program_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(command.VARIABLE, "/nowhere/tessera")
+    monkeypatch.setenv(program.VARIABLE, "/nowhere/tessera")
     with pytest.raises(tessera.NotFound, match="TESSERA_COMMAND = /nowhere/tessera"):
         tessera.Cluster()
 

@@ -9,10 +9,13 @@
 Units: m, kg, s, rad, N. Positions are a sector and a displacement from its centre, exact at any distance.
 """
 
+from tessera import commands, queries
+from tessera._proto.command_pb2 import Command
 from tessera._proto.world_pb2 import Shape
 from tessera.body import Body, Motion, Surface
-from tessera.client import BodyName, BodyStream, Catalogue, Client, ContactStream, DivergenceStream, Status
+from tessera.client import BodyStream, Client, ContactStream, DivergenceStream, Status
 from tessera.cluster import Cluster
+from tessera.commands import PlacedBody, PlacedJoint
 from tessera.errors import (
     Aborted,
     AlreadyExists,
@@ -41,15 +44,21 @@ from tessera.frame import (
 )
 from tessera.joint import Axis, Drive, DriveMode, Joint, JointType, Mimic
 from tessera.position import WorldPosition, relative_to
+from tessera.queries import Answers, Catalogue, Query
+from tessera.references import BodyName, JointName
 from tessera.results import (
     Added,
+    Applied,
+    BodyStates,
     FoundBody,
     FoundFrame,
     FoundJoint,
     HashAt,
+    JointStates,
     LoadSummary,
     Neighbour,
     RayHit,
+    RayHits,
     Region,
 )
 from tessera.shape import (
@@ -73,16 +82,20 @@ __all__ = [
     "Aborted",
     "Added",
     "AlreadyExists",
+    "Answers",
+    "Applied",
     "Axis",
     "Body",
     "BodyFrame",
     "BodyName",
+    "BodyStates",
     "BodyStream",
     "Cancelled",
     "Catalogue",
     "CentralGravity",
     "Client",
     "Cluster",
+    "Command",
     "Contact",
     "ContactFrame",
     "ContactPoint",
@@ -102,6 +115,8 @@ __all__ = [
     "HashAt",
     "InvalidArgument",
     "Joint",
+    "JointName",
+    "JointStates",
     "JointType",
     "LoadSummary",
     "Mimic",
@@ -111,8 +126,12 @@ __all__ = [
     "OutOfRange",
     "PermissionDenied",
     "Phase",
+    "PlacedBody",
+    "PlacedJoint",
     "Precision",
+    "Query",
     "RayHit",
+    "RayHits",
     "Region",
     "ResourceExhausted",
     "SeamPolicy",
@@ -129,6 +148,7 @@ __all__ = [
     "bounding_radius",
     "box",
     "capsule",
+    "commands",
     "compound",
     "convex_hull",
     "cylinder",
@@ -136,6 +156,7 @@ __all__ = [
     "height_field",
     "moments_of",
     "plane",
+    "queries",
     "relative_to",
     "sphere",
     "triangle_mesh",

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
+import weakref
 from collections.abc import Iterable, Sequence
+from concurrent.futures import Future
 from itertools import dropwhile
 from types import TracebackType
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar, overload
 
-from tessera._proto import tessera_pb2, world_pb2
-from tessera.body import Body
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tessera import commands as of_commands
+from tessera import queries as of_queries
+from tessera._proto import tessera_pb2
+from tessera._proto.command_pb2 import Command
+from tessera.client_methods import adding, asking, doing
 from tessera.coordinators import Coordinators, is_worth_another
 from tessera.errors import FailedPrecondition, NotFound, raising
 from tessera.frame import (
@@ -22,32 +31,13 @@ from tessera.frame import (
     divergence_frame,
     trajectory,
 )
-from tessera.joint import Drive, Joint, joint_ref
 from tessera.keys import Keys
 from tessera.known_bodies import KnownBodies
-from tessera.position import (
-    IDENTITY,
-    PositionLike,
-    Vector,
-    VectorLike,
-    position_message,
-    to_position,
-    to_quaternion,
-    to_vector,
-    vector_message,
-    world_pose_message,
-)
-from tessera.results import (
-    Added,
-    FoundBody,
-    FoundFrame,
-    FoundJoint,
-    HashAt,
-    LoadSummary,
-    Neighbour,
-    RayHit,
-    Region,
-)
+from tessera.position import ORIGIN, Floats, PositionLike, VectorLike, position_message, vector_message
+from tessera.queries import Answers, Catalogue, Query
+from tessera.references import BodyName, IdsLike, id_list, name_list
+from tessera.request_session import RequestSession
+from tessera.results import Applied, FoundBody, FoundFrame, LoadSummary, RayHit, RayHits, Region
 from tessera.stream import Stream
 from tessera.stream_merger import FRAMES_QUEUED_MAX
 from tessera.whole_file import whole_file
@@ -60,21 +50,16 @@ CALL_TIMEOUT_S = 10.0
 LOAD_TIMEOUT_S = 120.0
 BODIES_ASKED = 100_000  # per request: the coordinator's maximum
 
-BodyName: TypeAlias = int | str
-"""A body by its id or by its name."""
-
 Status: TypeAlias = tessera_pb2.StatusReply
 Balance: TypeAlias = tessera_pb2.BalanceReply
 """The status of a cluster; proto/tessera.proto documents its fields."""
-
-Catalogue: TypeAlias = tessera_pb2.FindBodiesReply
-"""Bodies with their names and properties, and their shapes by the ids in the properties."""
 
 BodyStream: TypeAlias = Stream[tessera_pb2.BodyBatch, BodyFrame]
 ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
 DivergenceStream: TypeAlias = Stream[tessera_pb2.DivergenceBatch, DivergenceFrame]
 
-_ZERO: Vector = (0.0, 0.0, 0.0)
+T = TypeVar("T")
+
 _PIECE_BYTES = 1 << 20
 
 
@@ -86,9 +71,9 @@ class Client:
             client.step(60)
 
     Units: m, kg, s, rad, N. Bodies are given by name or id. Calls block until the cluster has answered
-    or `timeout` seconds have passed; None waits indefinitely. Errors are those of `tessera.errors` and carry
-    the message of the cluster. In addition to the errors that a method lists, each can raise
-    DeadlineExceeded, and Unavailable if a process is gone. Safe to use from any thread.
+    or `timeout` seconds have passed, by default 10; None waits indefinitely. Errors are those of
+    `tessera.errors` and carry the message of the cluster. In addition to the errors that a method lists, each
+    can raise DeadlineExceeded, and Unavailable if a process is gone. Safe to use from any thread.
     """
 
     def __init__(
@@ -109,10 +94,14 @@ class Client:
         self.address = address or default
         self._keys = Keys.read(os.environ.get(KEYS_VARIABLE, "") if keys is None else keys)
         self._coordinators = Coordinators(self.address, self._keys, timeout)
+        self._session = RequestSession(self._coordinators)
+        self._finalizer = weakref.finalize(self, _close, self._session, self._coordinators)
+        self._lock = threading.Lock()
+        self._applied = 0  # the last tick of commands of this client
 
     def close(self) -> None:
         """Closes the connection; the cluster and its world stay. Streams end if the world changes servers."""
-        self._coordinators.close()
+        self._finalizer()
 
     def __enter__(self) -> Client:
         return self
@@ -138,6 +127,7 @@ class Client:
         """
         loaded = world if isinstance(world, World) else World.read(world)
         reply = self._call("Load", tessera_pb2.LoadRequest(world=loaded.message, replace=replace), timeout)
+        self._applied = 0
         return LoadSummary(reply.bodies, reply.sectors, reply.servers)
 
     def unload(self, timeout: float | None = CALL_TIMEOUT_S) -> None:
@@ -170,170 +160,84 @@ class Client:
             pieces = iter(lambda: source.read(_PIECE_BYTES), b"")
             requests = (tessera_pb2.RestoreRequest(replace=replace, bytes=piece) for piece in pieces)
             reply = self._coordinators.leader(timeout).Restore(requests, timeout=timeout)
+        self._applied = 0
         return LoadSummary(reply.bodies, reply.sectors, reply.servers)
 
-    # --- bodies: each returns the tick at which it takes effect; NotFound if there is no such body ---
+    # --- commands, ticks and queries: `tessera.commands` and `tessera.queries` make them ---
 
-    def spawn(self, body: Body, timeout: float | None = CALL_TIMEOUT_S) -> Added:
-        """Adds a new body to the world. AlreadyExists for a name in use, InvalidArgument, OutOfRange."""
-        request = tessera_pb2.SpawnRequest(body=body.message(), shape=body.shape)
-        reply = self._call_once("Spawn", request, timeout)
-        return Added(reply.id, reply.tick)
-
-    def remove(self, body: BodyName, timeout: float | None = CALL_TIMEOUT_S) -> int:
-        """Removes a body from the world."""
-        return self._command("Remove", tessera_pb2.RemoveRequest(body=_body_ref(body)), timeout)
-
-    def set_velocity(
+    def run(
         self,
-        body: BodyName,
-        linear: VectorLike,
-        angular: VectorLike = _ZERO,
-        timeout: float | None = CALL_TIMEOUT_S,
-    ) -> int:
-        """Sets the velocity of the centre of mass (m/s) and the angular velocity (rad/s), along the world's
-        axes.
-        """
-        return self._command(
-            "SetVelocity",
-            tessera_pb2.SetVelocityRequest(
-                body=_body_ref(body),
-                linear=vector_message(linear, "linear"),
-                angular=vector_message(angular, "angular"),
-            ),
-            timeout,
-        )
-
-    def set_surface_motion(
-        self,
-        body: BodyName,
-        velocity: VectorLike,
-        running: VectorLike = _ZERO,
-        timeout: float | None = CALL_TIMEOUT_S,
-    ) -> int:
-        """Starts or stops the moving surface of a body, in its frame and m/s: a conveyor belt (`velocity`), or
-        a track, which runs around the axis `running`.
-        """
-        return self._command(
-            "SetSurfaceMotion",
-            tessera_pb2.SurfaceMotionRequest(
-                body=_body_ref(body),
-                velocity=vector_message(velocity, "velocity"),
-                running=vector_message(running, "running"),
-            ),
-            timeout,
-        )
-
-    def apply_impulse(
-        self,
-        body: BodyName,
-        impulse: VectorLike,
-        lever: VectorLike = _ZERO,
-        timeout: float | None = CALL_TIMEOUT_S,
-    ) -> int:
-        """Applies `impulse` in N s and `lever` in m from the centre of mass, along the world's axes."""
-        return self._command(
-            "ApplyImpulse",
-            tessera_pb2.ApplyImpulseRequest(
-                body=_body_ref(body),
-                impulse=vector_message(impulse, "impulse"),
-                lever=vector_message(lever, "lever"),
-            ),
-            timeout,
-        )
-
-    def apply_force(
-        self,
-        body: BodyName,
-        force: VectorLike,
-        torque: VectorLike = _ZERO,
-        timeout: float | None = CALL_TIMEOUT_S,
-    ) -> int:
-        """Applies, for one tick, `force` in N and `torque` in N m, along the world's axes."""
-        return self._command(
-            "ApplyForce",
-            tessera_pb2.ApplyForceRequest(
-                body=_body_ref(body),
-                force=vector_message(force, "force"),
-                torque=vector_message(torque, "torque"),
-            ),
-            timeout,
-        )
-
-    def teleport(
-        self,
-        body: BodyName,
-        position: PositionLike,
-        orientation: VectorLike | None = None,
-        linear_velocity: VectorLike | None = None,
-        angular_velocity: VectorLike | None = None,
-        timeout: float | None = CALL_TIMEOUT_S,
+        commands: Iterable[Command] = (),
+        ticks: int = 0,
+        queries: Iterable[Query[Any]] = (),
         *,
-        alone: bool = False,
-    ) -> int:
-        """Moves the body frame to a new pose, with these velocities; values that are not given stay the same.
-        OutOfRange beyond 64-bit sectors.
+        after: int = 0,
+        timeout: float | None = None,
+    ) -> Answers:
+        """Does commands, then ticks of a paused world, and then answers queries: one message there and back.
 
-        Moves this body only: FailedPrecondition for one that joints hold, unless `alone`, after which joints pull
-        what they hold together (teleport each link of a robot so, before the next tick).
+        All is checked first: where anything is wrong, nothing is done, and the error names the element. Commands
+        are stored when it returns, and take effect together, at `applied.tick`. Queries are answered after the
+        ticks; without any, at once, but not before the end of tick `after`, as long as the world runs. A request
+        whose connection is lost is made again, to whoever leads then, and carried out once.
         """
-        request = tessera_pb2.TeleportRequest(
-            body=_body_ref(body),
-            pose=world_pose_message(position, orientation),
-            keeps_orientation=orientation is None,
-            keeps_linear_velocity=linear_velocity is None,
-            keeps_angular_velocity=angular_velocity is None,
-            alone=alone,
-        )
-        if linear_velocity is not None:
-            request.linear_velocity.CopyFrom(vector_message(linear_velocity, "linear_velocity"))
-        if angular_velocity is not None:
-            request.angular_velocity.CopyFrom(vector_message(angular_velocity, "angular_velocity"))
-        return self._command("Teleport", request, timeout)
+        request, asked = _request(commands, ticks, queries, after)
+        answers = Answers(self._session.call(request, timeout), asked)
+        self._note(answers)
+        return answers
 
-    def set_kinematic_target(
+    def send(
         self,
-        body: BodyName,
-        position: PositionLike,
-        orientation: VectorLike | None = None,
-        timeout: float | None = CALL_TIMEOUT_S,
-    ) -> int:
-        """Makes a kinematic body move so that it reaches the pose at the end of the tick, at the velocity that this
-        takes; it then stays there until the next target or velocity. Without an orientation, it keeps its own.
+        commands: Iterable[Command] = (),
+        ticks: int = 0,
+        queries: Iterable[Query[Any]] = (),
+        *,
+        after: int = 0,
+    ) -> Future[Answers]:
+        """As `run()`, without waiting for the answers. Requests of a client take effect in the order in which they
+        are sent. Waits where more than 1024 have no answer, or the coordinator does not keep up. Callbacks of the
+        future run on a thread of the client, and must not wait there.
         """
-        return self._command(
-            "SetKinematicTarget",
-            tessera_pb2.KinematicTargetRequest(
-                body=_body_ref(body),
-                pose=world_pose_message(position, orientation),
-                keeps_orientation=orientation is None,
-            ),
-            timeout,
-        )
+        request, asked = _request(commands, ticks, queries, after)
 
-    # --- joints: likewise ---
+        def read(reply: tessera_pb2.Reply) -> Answers:
+            answers = Answers(reply, asked)
+            self._note(answers)
+            return answers
 
-    def add_joint(self, joint: Joint, timeout: float | None = CALL_TIMEOUT_S) -> Added:
-        """Connects two bodies of the world. AlreadyExists for a name in use, NotFound,
-        InvalidArgument.
+        return self._session.send(request, read)
+
+    def apply(self, commands: Iterable[Command], timeout: float | None = CALL_TIMEOUT_S) -> Applied:
+        """Commands that take effect together, in their order, or none of them does."""
+        return self.run(commands, timeout=timeout).applied
+
+    def ask(self, queries: Iterable[Query[Any]], timeout: float | None = CALL_TIMEOUT_S) -> Answers:
+        """Queries that are answered at the end of one tick. They see what this client has done before, unless the
+        world is paused.
         """
-        request = tessera_pb2.AddJointRequest(joint=joint.message(), child=_body_ref(joint.child))
-        if joint.parent is not None:
-            request.parent.CopyFrom(_body_ref(joint.parent))
-        reply = self._call_once("AddJoint", request, timeout)
-        return Added(reply.id, reply.tick)
+        return self.run(queries=queries, after=self._applied, timeout=timeout)
 
-    def remove_joint(self, joint: int | str, timeout: float | None = CALL_TIMEOUT_S) -> int:
-        """Removes a joint."""
-        return self._command("RemoveJoint", tessera_pb2.RemoveJointRequest(joint=joint_ref(joint)), timeout)
+    def ask_one(self, query: Query[T], timeout: float | None = CALL_TIMEOUT_S) -> T:
+        """The result of one query."""
+        return self.ask([query], timeout)[query]
 
-    def set_drive(
-        self, joint: int | str, drive: Drive, axis: int = 1, timeout: float | None = CALL_TIMEOUT_S
-    ) -> int:
-        """Sets the drive of axis 1, or 2 of a universal joint; the other axis keeps its drive."""
-        given = tessera_pb2.AxisDrive(axis=axis, drive=drive.message())
-        request = tessera_pb2.SetJointDrivesRequest(joint=joint_ref(joint), drives=[given])
-        return self._command("SetJointDrives", request, timeout)
+    # --- one command: each returns the tick at which it takes effect, or what it makes ---
+
+    spawn = adding(of_commands.spawn)
+    remove = doing(of_commands.remove)
+    set_velocity = doing(of_commands.set_velocity)
+    apply_impulse = doing(of_commands.apply_impulse)
+    apply_force = doing(of_commands.apply_force)
+    apply_radial_impulse = doing(of_commands.apply_radial_impulse)
+    teleport = doing(of_commands.teleport)
+    set_state = doing(of_commands.set_state)
+    set_properties = doing(of_commands.set_properties)
+    set_kinematic_target = doing(of_commands.set_kinematic_target)
+    set_surface_motion = doing(of_commands.set_surface_motion)
+    add_joint = adding(of_commands.add_joint)
+    remove_joint = doing(of_commands.remove_joint)
+    set_drive = doing(of_commands.set_drive)
+    set_drives = doing(of_commands.set_drives)
 
     # --- time ---
 
@@ -345,9 +249,36 @@ class Client:
         """Runs the world at this many simulated seconds per second; 0: as fast as possible."""
         return self._tick_of("Resume", tessera_pb2.ResumeRequest(real_time_factor=real_time_factor), timeout)
 
-    def step(self, ticks: int = 1, timeout: float | None = None) -> int:
-        """Runs that many ticks and returns the last one. FailedPrecondition unless the world is paused."""
-        return self._tick_of("Step", tessera_pb2.StepRequest(ticks=ticks), timeout)
+    @overload
+    def step(self, ticks: int = 1, timeout: float | None = None, *, commands: Iterable[Command] = ()) -> int:
+        ...
+
+    @overload
+    def step(
+        self,
+        ticks: int = 1,
+        timeout: float | None = None,
+        *,
+        commands: Iterable[Command] = (),
+        queries: Iterable[Query[Any]],
+    ) -> Answers:
+        ...
+
+    def step(
+        self,
+        ticks: int = 1,
+        timeout: float | None = None,
+        *,
+        commands: Iterable[Command] = (),
+        queries: Iterable[Query[Any]] | None = None,
+    ) -> int | Answers:
+        """Runs that many ticks and returns the last one. FailedPrecondition unless the world is paused.
+
+        Lock step, in one message there and back: `commands` take effect at the first tick, and `queries`, whose
+        answers it then returns, are answered after the last.
+        """
+        answers = self.run(commands, ticks, queries or (), timeout=timeout)
+        return answers.tick if queries is None else answers
 
     def trajectory(
         self, bodies: BodyName | Sequence[BodyName], ticks: int, *, every_ticks: int = 1
@@ -358,8 +289,8 @@ class Client:
         those of the following `ticks` that are multiples of `every_ticks`. NotFound for a body that does not
         exist, or no longer exists; errors as `step()`.
         """
-        names = [bodies] if isinstance(bodies, (int, str)) else bodies
-        ids = {name if isinstance(name, int) else self.find(name).id for name in names}
+        names = name_list(bodies)
+        ids = {self.find(name).id if isinstance(name, str) else int(name) for name in names}
         frames: list[BodyFrame] = []
         with self.watch_bodies(ids=ids, every_ticks=every_ticks, complete=True) as stream:
             frames.append(stream.next(CALL_TIMEOUT_S))
@@ -372,7 +303,7 @@ class Client:
             raise NotFound(f"bodies: not all of {names} existed until the end")
         return trajectory(begun, self.status().settings.time_step)
 
-    # --- questions ---
+    # --- status ---
 
     def status(self, timeout: float | None = CALL_TIMEOUT_S) -> Status:
         """The status of the cluster: `state` ("empty", "loading", "paused", "running", "recovering",
@@ -382,130 +313,89 @@ class Client:
         status: Status = self._call("GetStatus", tessera_pb2.StatusRequest(), timeout)
         return status
 
-    def hash(self, timeout: float | None = CALL_TIMEOUT_S) -> HashAt:
-        """The hash of the world's state."""
-        reply = self._call("GetHash", tessera_pb2.HashRequest(), timeout)
-        return HashAt(reply.tick, reply.hash)
+    # --- one query ---
 
+    hash = asking(of_queries.hash)
+    near = asking(of_queries.near)
+    sweep = asking(of_queries.sweep)
+    body_states = asking(of_queries.body_states)
+    joint_states = asking(of_queries.joint_states)
+    find_bodies = asking(of_queries.find_bodies)
+    find_joints = asking(of_queries.find_joints)
+    find_frames = asking(of_queries.find_frames)
+
+    @overload
     def raycast(
         self,
         origin: PositionLike,
-        direction: VectorLike,
+        direction: Sequence[float],
         length: float = 100.0,
         *,
         mask: int = 0,
-        timeout: float | None = CALL_TIMEOUT_S,
+        excepting: Iterable[BodyName] = (),
     ) -> RayHit | None:
-        """The nearest hit within `length` m, in any sectors on any servers; None if nothing is hit.
+        ...
 
-        `direction` may have any length but zero; `mask` selects the collision categories, 0: all.
-        """
-        reply = self._call(
-            "Raycast",
-            tessera_pb2.RaycastRequest(
-                origin=position_message(origin),
-                direction=vector_message(direction, "direction"),
-                length=length,
-                mask=mask,
-            ),
-            timeout,
-        )
-        if not reply.hit:
-            return None
-        return RayHit(
-            reply.body, reply.name, reply.distance, to_position(reply.position), to_vector(reply.normal)
-        )
-
-    def near(
+    @overload
+    def raycast(
         self,
-        position: PositionLike,
-        reach: float = 0.0,
+        origin: ArrayLike,
+        direction: Floats | Sequence[VectorLike],
+        length: ArrayLike = 100.0,
         *,
-        probe: world_pb2.Shape | None = None,
-        orientation: VectorLike = IDENTITY,
+        sectors: ArrayLike = ORIGIN,
         mask: int = 0,
-        limit: int = 0,
-        timeout: float | None = CALL_TIMEOUT_S,
-    ) -> list[Neighbour]:
-        """The bodies within `reach` m of a convex probe of one part (not given: a point), by distance and id.
+        excepting: Iterable[BodyName] = (),
+    ) -> RayHits:
+        ...
 
-        With reach 0, the bodies that it overlaps. `reach` is at most 4 sectors; `limit` 0: 1000 bodies.
+    def raycast(self, origin: Any, direction: Any, length: Any = 100.0, **options: Any) -> RayHit | RayHits | None:
+        """The first hit of a ray: `tessera.queries.ray()`; or, with directions of shape [n, 3], of n rays as
+        arrays: `tessera.queries.rays()`.
         """
-        request = tessera_pb2.NearRequest(
-            pose=world_pose_message(position, orientation), reach=reach, mask=mask, limit=limit
-        )
-        if probe is not None:
-            (part,) = probe.parts
-            request.probe.CopyFrom(part.geometry)
-        reply = self._call("Near", request, timeout)
-        return [Neighbour(body.id, body.name, body.distance) for body in reply.bodies]
+        if np.ndim(direction) == 1:
+            return self.ask_one(of_queries.ray(origin, direction, length, **options))
+        return self.ask_one(of_queries.rays(origin, direction, length, **options))
 
-    def find(self, name: str, timeout: float | None = CALL_TIMEOUT_S) -> FoundBody:
+    def find(self, name: str) -> FoundBody:
         """The body of that name. NotFound."""
-        for body in self.find_bodies(name, BODIES_ASKED, timeout):
+        for body in self.find_bodies(name, BODIES_ASKED):  # longer names may come first
             if body.name == name:
                 return body
         raise NotFound(f'no body is called "{name}"')
 
-    def find_bodies(
-        self, prefix: str = "", limit: int = 0, timeout: float | None = CALL_TIMEOUT_S
-    ) -> list[FoundBody]:
-        """Bodies whose names begin with `prefix`, ascending by id, at most `limit`; 0: 1000."""
-        request = tessera_pb2.FindBodiesRequest(name_prefix=prefix, limit=limit)
-        reply = self._call("FindBodies", request, timeout)
-        return [FoundBody(body.id, body.name, body.properties) for body in reply.bodies]
-
     def catalogue(
         self,
-        ids: Sequence[int] = (),
+        ids: Sequence[int] | NDArray[Any] | None = None,
         *,
         only_static: bool = False,
         with_shapes: bool = True,
-        timeout: float | None = CALL_TIMEOUT_S,
     ) -> Catalogue:
         """The existing bodies of `ids`; without `ids`, the first 100,000 of all."""
-        result = tessera_pb2.FindBodiesReply()
-        for begin in range(0, max(1, len(ids)), BODIES_ASKED):
-            request = tessera_pb2.FindBodiesRequest(
-                ids=ids[begin : begin + BODIES_ASKED],
-                limit=BODIES_ASKED,
-                only_static=only_static,
-                with_shapes=with_shapes,
+        given: list[IdsLike | None] = [None]
+        if ids is not None:
+            given = [ids[n : n + BODIES_ASKED] for n in range(0, len(ids), BODIES_ASKED)]
+        result = Catalogue()
+        for some in given:
+            query = of_queries.catalogue(
+                some, only_static=only_static, with_shapes=with_shapes, limit=BODIES_ASKED
             )
-            result.MergeFrom(self._call("FindBodies", request, timeout))
+            result.MergeFrom(self.ask_one(query))
         return result
 
-    def find_joints(
-        self, prefix: str = "", limit: int = 0, timeout: float | None = CALL_TIMEOUT_S
-    ) -> list[FoundJoint]:
-        """Joints whose names begin with `prefix`, ascending by id, at most `limit`; 0: 1000."""
-        reply = self._call(
-            "ListJoints", tessera_pb2.ListJointsRequest(name_prefix=prefix, limit=limit), timeout
-        )
-        return [FoundJoint(j.id, j.joint.name, j.parent, j.child, j.joint) for j in reply.joints]
-
-    def find_frame(self, name: str, timeout: float | None = CALL_TIMEOUT_S) -> FoundFrame:
+    def find_frame(self, name: str) -> FoundFrame:
         """NotFound if no frame has that name."""
-        for frame in self.find_frames(name, 1, timeout):  # the name itself comes first
+        for frame in self.find_frames(name, 1):  # the name itself comes first
             if frame.name == name:
                 return frame
         raise NotFound(f'no frame is called "{name}"')
-
-    def find_frames(
-        self, prefix: str = "", limit: int = 0, timeout: float | None = CALL_TIMEOUT_S
-    ) -> list[FoundFrame]:
-        """Frames whose names begin with `prefix`, ascending by name, at most `limit`; 0: 1000."""
-        reply = self._call(
-            "ListFrames", tessera_pb2.ListFramesRequest(name_prefix=prefix, limit=limit), timeout
-        )
-        return [_frame(found) for found in reply.frames]
 
     # --- streams: one frame per tick, merged over all servers; FailedPrecondition without a world ---
 
     def watch_bodies(
         self,
         *,
-        ids: Iterable[int] = (),
+        ids: IdsLike = (),
         region: Region | None = None,
         every_ticks: int = 1,
         only_awake: bool = False,
@@ -519,7 +409,7 @@ class Client:
         changed (`BodyFrame`), or with `complete` all again, which costs time here but no bytes on the way.
         """
         request = tessera_pb2.WatchBodiesRequest(
-            ids=ids, every_ticks=every_ticks, only_awake=only_awake, in_columns=True
+            ids=id_list(ids), every_ticks=every_ticks, only_awake=only_awake, in_columns=True
         )
         if region is not None:
             request.region.centre.CopyFrom(position_message(region.centre))
@@ -531,14 +421,14 @@ class Client:
         )
 
     def watch_contacts(
-        self, *, ids: Iterable[int] = (), persisting: bool = False, timeout: float | None = CALL_TIMEOUT_S
+        self, *, ids: IdsLike = (), persisting: bool = False, timeout: float | None = CALL_TIMEOUT_S
     ) -> ContactStream:
         """Contacts that begin or end, each once; with `persisting` also continuing ones.
 
         Without `ids`, all contacts; otherwise those with any of these bodies. The first frame is empty: its
         tick is the one from which on the stream is complete.
         """
-        request = tessera_pb2.WatchContactsRequest(ids=ids, persisting=persisting)
+        request = tessera_pb2.WatchContactsRequest(ids=id_list(ids), persisting=persisting)
         status = self._watchable(timeout)
         return Stream("WatchContacts", request, contact_frame, status, self.status, self._keys, timeout)
 
@@ -573,15 +463,12 @@ class Client:
         """Ends the coordinator and its servers."""
         self._call("Shutdown", tessera_pb2.ShutdownRequest(), timeout)
 
+    def _note(self, answers: Answers) -> None:
+        with self._lock:
+            self._applied = max(self._applied, answers.applied.tick)
+
     def _call(self, method: str, request: Any, timeout: float | None) -> Any:
         return self._coordinators.call(method, request, timeout)
-
-    def _call_once(self, method: str, request: Any, timeout: float | None) -> Any:
-        return self._coordinators.call_once(method, request, timeout)
-
-    def _command(self, method: str, request: Any, timeout: float | None) -> int:
-        tick: int = self._call_once(method, request, timeout).tick
-        return tick
 
     def _tick_of(self, method: str, request: Any, timeout: float | None) -> int:
         tick: int = self._call(method, request, timeout).tick
@@ -600,16 +487,14 @@ class Client:
                 raise FailedPrecondition(f"the world is {status.state}: it has no server that could be watched")
 
 
-def _frame(found: tessera_pb2.ListFramesReply.Found) -> FoundFrame:
-    frame = found.frame
-    return FoundFrame(
-        frame.name,
-        frame.body,
-        found.body,
-        to_vector(frame.pose.position),
-        to_quaternion(frame.pose.orientation),
-    )
+def _close(session: RequestSession, coordinators: Coordinators) -> None:
+    session.close()
+    coordinators.close()
 
 
-def _body_ref(body: BodyName) -> tessera_pb2.BodyRef:
-    return tessera_pb2.BodyRef(id=body) if isinstance(body, int) else tessera_pb2.BodyRef(name=body)
+def _request(
+    commands: Iterable[Command], ticks: int, queries: Iterable[Query[Any]], after: int
+) -> tuple[tessera_pb2.Request, list[Query[Any]]]:
+    asked = list(queries)
+    messages = [message for query in asked for message in query.messages]
+    return tessera_pb2.Request(commands=commands, ticks=ticks, queries=messages, after=after), asked

@@ -8,7 +8,7 @@ import subprocess
 import weakref
 from types import TracebackType
 
-from tessera import command
+from tessera import program
 from tessera.client import Client
 from tessera.errors import Unavailable
 from tessera.world import Precision
@@ -30,21 +30,25 @@ class Cluster:
         threads: int | None = None,
         precision: Precision = Precision.FLOAT32,
         keys: str | os.PathLike[str] = "",
+        store: bool = True,
     ) -> None:
         """Returns when clients can connect. `threads` is the number per server; by default the cores are
-        divided evenly. `keys` is a folder of `tessera keys create`, without which clients need no keys.
+        divided evenly. `keys` is a folder of `tessera keys create`, without which clients need no keys. Without a
+        `store`, nothing of the world is written to disk, and commands need not wait for that; no process is
+        replaced then, and the cluster ends with any of them.
 
-        Raises NotFound if the program `tessera` is missing (see `tessera.command`), and Unavailable, with its
+        Raises NotFound if the program `tessera` is missing (see `tessera.program`), and Unavailable, with its
         message, if it does not start a cluster.
         """
         engine = "f32" if precision is Precision.FLOAT32 else "f64"
         arguments = ["up", "--listen", "127.0.0.1:0", "--servers", str(servers), "--engine", engine]
         arguments += ["--keys", os.fspath(keys)]
+        arguments += [] if store else ["--no-replacement"]
         self._keys = keys
         if threads is not None:
             arguments += ["--threads", str(threads)]
         self._process = subprocess.Popen(
-            [command.find(), *arguments, "--end-with-input"],
+            [program.find(), *arguments, "--end-with-input"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

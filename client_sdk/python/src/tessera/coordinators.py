@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import secrets
 import time
-from itertools import count
+from collections.abc import Iterator
 from math import inf
 from typing import Any
 
 import grpc
 
 from tessera._proto import tessera_pb2, tessera_pb2_grpc
-from tessera.errors import Unavailable, from_grpc, raising
+from tessera.errors import Unavailable, raising
 from tessera.keys import Keys
 
 ANSWER_MAX_S = 1.0  # how long one of several may take to tell whether it leads
 ASK_AGAIN_S = 0.05
 COORDINATOR_REPLACED_MAX_S = 3.0  # one that is replaced is back within a second or two
 
-_SESSION_HEADER = "tessera-session"  # proto/call_id.h
-_CALL_HEADER = "tessera-call"
-_ANSWERED_TRAILER = "tessera-answered"
+_SESSION_HEADER = "tessera-session"  # proto/session_header.h
 _STANDS_BY = b"tessera/stands-by"  # proto/status.cc
 _CHANNEL_OPTIONS = [
     ("grpc.max_receive_message_length", -1),
@@ -46,13 +44,13 @@ class Coordinators:
     def __init__(self, addresses: str, keys: Keys, timeout: float) -> None:
         """`addresses` are separated by commas. Unavailable if none answers within `timeout` s."""
         self._addresses = addresses.split(",")
-        options = _CHANNEL_OPTIONS + (_SEVERAL_OPTIONS if self._are_several else [])
+        self.are_several = len(self._addresses) > 1
+        options = _CHANNEL_OPTIONS + (_SEVERAL_OPTIONS if self.are_several else [])
         self._channels = [keys.channel(address, options) for address in self._addresses]
         self._stubs = [tessera_pb2_grpc.TesseraStub(channel) for channel in self._channels]
         self._place = 0  # of the one that led last
         self._is_in_doubt = True  # whether it still does
-        self._session = str(secrets.randbits(64) | 1)
-        self._calls = count(1)
+        self._session = str(secrets.randbits(64) | 1)  # that no other client has
         if not self._is_there(timeout):
             self.close()
             keyed = "with these keys" if keys else "without keys"
@@ -75,7 +73,7 @@ class Coordinators:
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
-            place = self._find(deadline)
+            place = self.find(deadline)
             left = None if deadline is None else max(deadline - time.monotonic(), 0)
             with raising(f"coordinator at {self._addresses[place]}"):
                 try:
@@ -83,43 +81,23 @@ class Coordinators:
                     self._place, self._is_in_doubt = place, False
                     return reply
                 except grpc.RpcError as error:
-                    self._leave(place, error)
-                    if not (self._are_several and _stands_by(error) and is_worth_another(deadline)):
+                    self.leave(place, error)
+                    if not (self.are_several and stands_by(error) and is_worth_another(deadline)):
                         raise
 
-    def call_once(self, method: str, request: Any, timeout: float | None) -> Any:
-        """A command. Where its connection is lost, it is made again, under the same number, to whoever leads then: it
-        is carried out once. Unavailable: nobody was there to take it again.
-        """
-        numbered = ((_SESSION_HEADER, self._session), (_CALL_HEADER, str(next(self._calls))))
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while True:
-            place = self._find(deadline)
-            left = None if deadline is None else max(deadline - time.monotonic(), 0)
-            try:
-                reply = getattr(self._stubs[place], method)(request, timeout=left, metadata=numbered)
-                self._place, self._is_in_doubt = place, False
-                return reply
-            except grpc.RpcError as error:
-                self._leave(place, error)
-                is_lost = error.code() == grpc.StatusCode.UNAVAILABLE and not _is_answered(error)
-                is_again = self._comes_back(place, deadline) if is_lost else self._are_several and _stands_by(error)
-                if not (is_again and is_worth_another(deadline)):
-                    raise from_grpc(error, f"coordinator at {self._addresses[place]}") from None
+    def open_session(self, place: int, requests: Iterator[tessera_pb2.Request]) -> Any:
+        """A stream of requests to that coordinator; iterating over it waits for replies."""
+        return self._stubs[place].Session(requests, metadata=((_SESSION_HEADER, self._session),))
 
     def leader(self, timeout: float | None) -> tessera_pb2_grpc.TesseraStub:
         """That of the coordinator that leads, as far as is known."""
-        if self._are_several:
+        if self.are_several:
             self.call("GetStatus", tessera_pb2.StatusRequest(), timeout)
         return self._stubs[self._place]
 
-    @property
-    def _are_several(self) -> bool:
-        return len(self._addresses) > 1
-
     def _is_there(self, timeout: float) -> bool:
         """Whether any answers, also one that stands by."""
-        if not self._are_several:
+        if not self.are_several:
             try:
                 grpc.channel_ready_future(self._channels[0]).result(timeout)
             except grpc.FutureTimeoutError:
@@ -137,12 +115,12 @@ class Coordinators:
         try:
             self._stubs[place].GetStatus(tessera_pb2.StatusRequest(), timeout=ANSWER_MAX_S, wait_for_ready=True)
         except grpc.RpcError as error:
-            return False if _stands_by(error) else None
+            return False if stands_by(error) else None
         return True
 
-    def _comes_back(self, place: int, deadline: float | None) -> bool:
+    def comes_back(self, place: int, deadline: float | None) -> bool:
         """Whether one whose connection was lost can be asked again, or others can."""
-        if self._are_several:
+        if self.are_several:
             return True
         left = inf if deadline is None else deadline - time.monotonic()
         connected = grpc.channel_ready_future(self._channels[place])
@@ -154,9 +132,9 @@ class Coordinators:
             connected.cancel()
         return True
 
-    def _find(self, deadline: float | None) -> int:
+    def find(self, deadline: float | None) -> int:
         """Whoever leads; without any, the one that led last."""
-        while self._are_several and self._is_in_doubt:
+        while self.are_several and self._is_in_doubt:
             for n in range(len(self._stubs)):
                 place = (self._place + n) % len(self._stubs)
                 if self._leads(place):
@@ -166,18 +144,14 @@ class Coordinators:
                 break
         return self._place
 
-    def _leave(self, place: int, error: grpc.RpcError) -> None:
-        """Others are asked first after one that stands by, is gone, or does not answer."""
-        self._is_in_doubt = error.code() in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.DEADLINE_EXCEEDED)
+    def leave(self, place: int, error: grpc.RpcError | None) -> None:
+        """A call to it has ended: others are asked first after one that stands by, is gone, or does not answer."""
+        gone = (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.DEADLINE_EXCEEDED)
+        self._is_in_doubt = error is not None and error.code() in gone
         self._place = (place + self._is_in_doubt) % len(self._addresses)
 
 
-def _is_answered(error: grpc.RpcError) -> bool:
-    """Whether the coordinator has sent the error, and no connection was lost."""
-    return any(key == _ANSWERED_TRAILER for key, _ in error.trailing_metadata() or ())
-
-
-def _stands_by(error: grpc.RpcError) -> bool:
+def stands_by(error: grpc.RpcError) -> bool:
     return any(value == _STANDS_BY for _, value in error.trailing_metadata() or ())
 
 

@@ -79,6 +79,8 @@ _BY_CODE: dict[grpc.StatusCode, type[TesseraError]] = {
     grpc.StatusCode.UNAVAILABLE: Unavailable,
 }
 
+_BY_NUMBER = {code.value[0]: kind for code, kind in _BY_CODE.items()}
+
 
 @contextlib.contextmanager
 def raising(where: str) -> Iterator[None]:
@@ -94,3 +96,8 @@ def from_grpc(error: grpc.RpcError, where: str = "") -> TesseraError:
     kind = _BY_CODE.get(error.code(), TesseraError)
     spoken = kind not in (Unavailable, DeadlineExceeded)
     return kind(error.details() if spoken or not where else f"{where}: {error.details()}")
+
+
+def from_number(code: int, message: str) -> TesseraError:
+    """The exception for a status code of gRPC as a number, in a reply."""
+    return _BY_NUMBER.get(code, TesseraError)(message)

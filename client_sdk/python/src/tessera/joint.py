@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from tessera._proto import tessera_pb2, world_pb2
+from tessera._proto import world_pb2
 from tessera.position import IDENTITY, ORIGIN, SectorLike, VectorLike, pose_message, sector_message
 
 
@@ -139,7 +139,3 @@ class Joint:
             ),
             drives=[drive.message() for drive in self.drives],
         )
-
-
-def joint_ref(joint: str | int) -> tessera_pb2.JointRef:
-    return tessera_pb2.JointRef(id=joint) if isinstance(joint, int) else tessera_pb2.JointRef(name=joint)

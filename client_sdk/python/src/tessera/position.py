@@ -69,9 +69,14 @@ def to_quaternion(message: world_pb2.Quaternion) -> Quaternion:
     return (message.x, message.y, message.z, message.w)
 
 
-def vector_message(vector: VectorLike, name: str) -> world_pb2.Vector3:
+def vector_fields(vector: VectorLike, name: str) -> dict[str, float]:
+    """Those of a Vector3: faster than a message where that is a part of another one."""
     x, y, z = numbers(vector, 3, name)
-    return world_pb2.Vector3(x=x, y=y, z=z)
+    return {"x": x, "y": y, "z": z}
+
+
+def vector_message(vector: VectorLike, name: str) -> world_pb2.Vector3:
+    return world_pb2.Vector3(**vector_fields(vector, name))
 
 
 def quaternion_message(quaternion: VectorLike, name: str) -> world_pb2.Quaternion:

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from tessera._proto import world_pb2
 from tessera.body import Body
-from tessera.command import run
 from tessera.errors import NotFound
 from tessera.joint import Joint
 from tessera.position import (
@@ -23,6 +22,7 @@ from tessera.position import (
     sector_message,
     vector_message,
 )
+from tessera.program import run
 
 NOTE = "note: "  # how the program begins a line about an unsupported element
 REPAIRED = "repaired: "  # and one about a fault of the file
@@ -114,7 +114,7 @@ class World:
     def read(cls, path: str | os.PathLike[str], options: Sequence[str] = ()) -> World:
         """Reads an SDF or URDF file, or NAME.pb, which `write()` and `tessera convert` write.
 
-        The program `tessera` reads it (see `tessera.command`), so a world is the same, bit for bit, whoever
+        The program `tessera` reads it (see `tessera.program`), so a world is the same, bit for bit, whoever
         loads it. `options` are those of `tessera convert`, such as
         `("--shift", "2^40,0,0")`.
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from google.protobuf import json_format
 
-from tessera._proto import tessera_pb2, world_pb2
-from tessera.client import CALL_TIMEOUT_S, BodyName, Client, Status
+from tessera._proto import query_pb2, tessera_pb2, world_pb2
+from tessera.client import CALL_TIMEOUT_S, Client, Status
 from tessera.errors import Cancelled, InvalidArgument, NotFound
 from tessera.frame import BodyFrame, Ids, body_batch, body_frame
 from tessera.position import Sector, SectorLike, sector_message, to_sector
@@ -22,6 +22,7 @@ from tessera.record import topics
 from tessera.record.mcap_writer import McapWriter
 from tessera.record.scene import scene, transforms
 from tessera.record.schema import definition_of
+from tessera.references import BodyName
 
 EVERY_MAX = 1000  # ticks; contacts of the ticks in between are buffered at the servers
 
@@ -59,7 +60,7 @@ class Recorder:
             raise InvalidArgument(f"every: {every} is not within 1 to {EVERY_MAX}")
         self._client = client
         self._every = every
-        self._ids = [body if isinstance(body, int) else client.find(body).id for body in bodies]
+        self._ids = [client.find(body).id if isinstance(body, str) else int(body) for body in bodies]
         with ExitStack() as ending:
             self._contacts = ending.enter_context(client.watch_contacts(ids=self._ids, persisting=every == 1))
             self._bodies = ending.enter_context(
@@ -74,7 +75,7 @@ class Recorder:
             ending.callback(self._file.finish)
             self._begin(status)
             self._ending = ending.pop_all()
-        self._catalogue: dict[int, tessera_pb2.FindBodiesReply.Found] = {}
+        self._catalogue: dict[int, query_pb2.FoundBodies.Found] = {}
         self._names: dict[int, str] = {}
         self._shapes: dict[int, world_pb2.Shape] = {}
         self._present: Ids = np.empty(0, dtype=np.uint64)

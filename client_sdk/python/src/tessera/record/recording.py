@@ -10,13 +10,14 @@ import numpy as np
 from google.protobuf import json_format
 from numpy.typing import NDArray
 
-from tessera._proto import tessera_pb2, world_pb2
-from tessera.client import BodyName, Status
+from tessera._proto import query_pb2, tessera_pb2, world_pb2
+from tessera.client import Status
 from tessera.errors import InvalidArgument, NotFound
 from tessera.frame import BodyFrame, ContactFrame, Trajectory, body_frame, contact_frame, trajectory
 from tessera.position import Sector
 from tessera.record import topics
 from tessera.record.mcap_reader import McapReader
+from tessera.references import BodyName, name_list
 from tessera.results import FoundBody
 
 
@@ -48,7 +49,7 @@ class Recording:
         self.bodies: dict[int, FoundBody] = {}  # all that were seen, by id
         self.shapes: dict[int, world_pb2.Shape] = {}  # by `properties.shape` of bodies
         for message in self._reader.messages(topics.CATALOGUE):
-            catalogue = tessera_pb2.FindBodiesReply.FromString(message.data)
+            catalogue = query_pb2.FoundBodies.FromString(message.data)
             self.shapes.update(catalogue.shapes)
             for body in catalogue.bodies:
                 self.bodies[body.id] = FoundBody(body.id, body.name, body.properties)
@@ -114,8 +115,8 @@ class Recording:
         """The states of bodies over the recorded ticks from `start` on, before `stop`. NotFound for a body
         that is missing in any of them; InvalidArgument if there are none.
         """
-        names = [bodies] if isinstance(bodies, (int, str)) else bodies
-        ids = sorted({name if isinstance(name, int) else self.find(name).id for name in names})
+        names = name_list(bodies)
+        ids = sorted({self.find(name).id if isinstance(name, str) else int(name) for name in names})
         try:
             frames = [frame.of(ids) for frame in self.frames(start, stop)]
         except KeyError as missing:

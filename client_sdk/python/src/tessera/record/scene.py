@@ -14,7 +14,7 @@ import colorsys
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from tessera._proto import tessera_pb2, world_pb2
+from tessera._proto import query_pb2, world_pb2
 from tessera.frame import BodyFrame
 from tessera.position import Sector, SectorLike
 from tessera.record.schema import FrameTransforms, SceneEntityDeletion, SceneUpdate
@@ -49,7 +49,7 @@ def transforms(frame: BodyFrame, names: Mapping[int, str], sector: Sector, time:
 
 
 def scene(
-    bodies: Iterable[tessera_pb2.FindBodiesReply.Found], shapes: Mapping[int, world_pb2.Shape], time: int
+    bodies: Iterable[query_pb2.FoundBodies.Found], shapes: Mapping[int, world_pb2.Shape], time: int
 ) -> Any:
     """The shapes of all bodies, which replace all previous ones."""
     result = SceneUpdate()
@@ -65,7 +65,7 @@ def scene(
     return result
 
 
-def _colour(body: tessera_pb2.FindBodiesReply.Found) -> dict[str, float]:
+def _colour(body: query_pb2.FoundBodies.Found) -> dict[str, float]:
     red, green, blue = STATIC_COLOUR
     if body.properties.motion != world_pb2.MOTION_STATIC:
         red, green, blue = colorsys.hls_to_rgb(body.id * GOLDEN_RATIO % 1, 0.6, 0.7)

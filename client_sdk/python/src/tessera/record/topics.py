@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tessera._proto import tessera_pb2
+from tessera._proto import query_pb2, tessera_pb2
 from tessera.record.schema import FrameTransforms, SceneUpdate
 
 BODIES = "/tessera/bodies"  # states at every recorded tick, ascending by id
@@ -24,7 +24,7 @@ MESSAGES: dict[str, Any] = {
     STATIC_BODIES: tessera_pb2.BodyBatch,
     CONTACTS: tessera_pb2.ContactBatch,
     STATUS: tessera_pb2.StatusReply,
-    CATALOGUE: tessera_pb2.FindBodiesReply,
+    CATALOGUE: query_pb2.FoundBodies,
     TF: FrameTransforms,
     TF_STATIC: FrameTransforms,
     SCENE: SceneUpdate,

@@ -1,0 +1,321 @@
+"""Commands: what clients do to a world. Lists of them take effect at the beginning of one tick, in their order, or
+none of them does.
+
+    client.apply([
+        tessera.commands.set_velocity("cart", (1, 0, 0)),
+        tessera.commands.apply_impulse("crate", (0, 0, 5)),
+        *tessera.commands.set_drives(joints, targets),
+    ])
+
+Each function makes a message of proto/command.proto, which may be changed. Units: m, kg, s, rad, N; vectors along the
+world's axes. Bodies and joints are given by names or ids, also numpy's integers. A `ValueError` names an argument that
+has not as many numbers as it must; bounds are checked by the cluster, which names the element of the list and the
+field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tessera._proto import world_pb2
+from tessera._proto.command_pb2 import AddJoint, Command, Model, Spawn
+from tessera.body import Body, Motion
+from tessera.joint import Drive, DriveMode, Joint
+from tessera.position import (
+    IDENTITY,
+    PositionLike,
+    Vector,
+    VectorLike,
+    WorldPosition,
+    position_message,
+    quaternion_message,
+    vector_fields,
+    world_pose_message,
+)
+from tessera.references import BodyName, JointName, reference
+from tessera.world import World
+
+_ZERO: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class PlacedBody:
+    """A body that `set_state()` places."""
+
+    body: BodyName
+    position: PositionLike  # of the body frame
+    orientation: VectorLike = IDENTITY  # x y z w
+    linear_velocity: VectorLike = _ZERO  # m/s, of the centre of mass
+    angular_velocity: VectorLike = _ZERO  # rad/s
+
+
+@dataclass
+class PlacedJoint:
+    """A joint whose child `set_state()` places."""
+
+    joint: JointName
+    positions: float | VectorLike = ()  # by axis, rad or m; missing ones are 0
+    rates: float | VectorLike = ()  # rad/s or m/s; likewise
+    orientation: VectorLike | None = None  # of a ball joint: of the child's joint frame in the parent's
+
+
+def spawn(
+    what: Body | World,
+    prefix: str = "",
+    position: PositionLike | None = None,
+    orientation: VectorLike | None = None,
+) -> Command:
+    """Adds a body, or a model: the bodies, joints and frames of a `World`, as `World.read()` has it of a file.
+
+    `prefix` comes before all names. With a `position`, or an `orientation` (x y z w), the origin of the model, which
+    is the centre of its sector (0, 0, 0), comes there. AlreadyExists for a name in use, InvalidArgument, OutOfRange.
+    """
+    if isinstance(what, World):
+        world = what.message
+        model = Model(shapes=world.shapes, bodies=world.bodies, joints=world.joints, frames=world.frames)
+    else:
+        model = Model(shapes=[what.shape], bodies=[what.message()])
+    is_placed = position is not None or orientation is not None
+    pose = world_pose_message(WorldPosition() if position is None else position, orientation) if is_placed else None
+    return Command(spawn=Spawn(model=model, prefix=prefix, pose=pose))
+
+
+def remove(body: BodyName | None = None, *, prefix: str | None = None) -> Command:
+    """Removes a body, or all bodies whose names begin with `prefix`, with their joints and frames. NotFound if
+    there is none.
+    """
+    if (body is None) == (prefix is None):
+        raise ValueError("body, prefix: one of them is expected")
+    return Command(remove={"prefix": prefix} if body is None else {"body": reference(body)})
+
+
+def set_velocity(body: BodyName, linear: VectorLike, angular: VectorLike = _ZERO) -> Command:
+    """Sets the velocity of the centre of mass (m/s) and the angular velocity (rad/s). A kinematic body keeps them
+    until another command changes them.
+    """
+    return _of(
+        "set_velocity", body, linear=vector_fields(linear, "linear"), angular=vector_fields(angular, "angular")
+    )
+
+
+def apply_impulse(body: BodyName, impulse: VectorLike, lever: VectorLike = _ZERO) -> Command:
+    """Applies `impulse` in N s and `lever` in m from the centre of mass."""
+    return _of(
+        "apply_impulse", body, impulse=vector_fields(impulse, "impulse"), lever=vector_fields(lever, "lever")
+    )
+
+
+def apply_force(body: BodyName, force: VectorLike, torque: VectorLike = _ZERO) -> Command:
+    """Applies, for one tick, `force` in N and `torque` in N m."""
+    return _of("apply_force", body, force=vector_fields(force, "force"), torque=vector_fields(torque, "torque"))
+
+
+def apply_radial_impulse(centre: PositionLike, radius: float, impulse: float, *, mask: int = 0) -> Command:
+    """Pushes every dynamic body whose centre of mass is nearer than `radius` m (at most 4 sectors) away from
+    `centre`: with `impulse` N s there, and evenly less down to none at the radius; less than 0 pulls. `mask` selects
+    the collision categories, 0: all.
+    """
+    return Command(
+        apply_radial_impulse={
+            "centre": position_message(centre),
+            "radius": float(radius),
+            "impulse": float(impulse),
+            "mask": int(mask),
+        }
+    )
+
+
+def teleport(
+    body: BodyName,
+    position: PositionLike,
+    orientation: VectorLike | None = None,
+    linear_velocity: VectorLike | None = None,
+    angular_velocity: VectorLike | None = None,
+    *,
+    alone: bool = False,
+) -> Command:
+    """Moves the body frame to a new pose, with these velocities; values that are not given stay the same.
+    OutOfRange beyond 64-bit sectors.
+
+    Moves this body only: FailedPrecondition for one that joints hold, unless `alone`, after which joints pull what
+    they hold together. `set_state()` moves a robot as a whole.
+    """
+    given: dict[str, Any] = {
+        "pose": world_pose_message(position, orientation),
+        "keeps_orientation": orientation is None,
+        "keeps_linear_velocity": linear_velocity is None,
+        "keeps_angular_velocity": angular_velocity is None,
+        "alone": alone,
+    }
+    if linear_velocity is not None:
+        given["linear_velocity"] = vector_fields(linear_velocity, "linear_velocity")
+    if angular_velocity is not None:
+        given["angular_velocity"] = vector_fields(angular_velocity, "angular_velocity")
+    return _of("teleport", body, **given)
+
+
+def set_state(bodies: Iterable[PlacedBody] = (), joints: Iterable[PlacedJoint] = ()) -> Command:
+    """Places bodies, and what hangs on them by `joints`, in any order: the child of each comes to where its parent,
+    which is the world or is placed by this command, and the joint's position put it. Only what is named moves.
+    """
+    return Command(
+        set_state={
+            "bodies": [
+                {
+                    "body": reference(one.body),
+                    "pose": world_pose_message(one.position, one.orientation),
+                    "linear_velocity": vector_fields(one.linear_velocity, "linear_velocity"),
+                    "angular_velocity": vector_fields(one.angular_velocity, "angular_velocity"),
+                }
+                for one in bodies
+            ],
+            "joints": [
+                {
+                    "joint": reference(one.joint),
+                    "positions": np.atleast_1d(one.positions).tolist(),
+                    "rates": np.atleast_1d(one.rates).tolist(),
+                    "orientation": None
+                    if one.orientation is None
+                    else quaternion_message(one.orientation, "orientation"),
+                }
+                for one in joints
+            ],
+        }
+    )
+
+
+def set_properties(
+    body: BodyName,
+    *,
+    motion: Motion | None = None,
+    mass: float | None = None,
+    inertia: VectorLike | None = None,
+    friction: float | None = None,
+    restitution: float | None = None,
+    linear_damping: float | None = None,
+    angular_damping: float | None = None,
+    category: int | None = None,
+    mask: int | None = None,
+    gravity: bool | None = None,
+) -> Command:
+    """Changes properties of a body, which are those of `Body`; what is not given stays as it is. `motion` may change
+    between dynamic and kinematic.
+    """
+    return _of(
+        "set_properties",
+        body,
+        motion=None if motion is None else motion.value,
+        mass=mass,
+        inertia=None if inertia is None else vector_fields(inertia, "inertia"),
+        friction=friction,
+        restitution=restitution,
+        linear_damping=linear_damping,
+        angular_damping=angular_damping,
+        category=category,
+        mask=mask,
+        gravity=gravity,
+    )
+
+
+def set_kinematic_target(
+    body: BodyName, position: PositionLike, orientation: VectorLike | None = None
+) -> Command:
+    """Makes a kinematic body move so that it reaches the pose at the end of the tick, at the velocity that this
+    takes; it then stays there until the next target or velocity. Without an orientation, it keeps its own.
+    """
+    return _of(
+        "set_kinematic_target",
+        body,
+        pose=world_pose_message(position, orientation),
+        keeps_orientation=orientation is None,
+    )
+
+
+def set_surface_motion(body: BodyName, velocity: VectorLike, running: VectorLike = _ZERO) -> Command:
+    """Starts or stops the moving surface of a body, in its frame and m/s: a conveyor belt (`velocity`), or a track,
+    which runs around the axis `running`.
+    """
+    return _of(
+        "set_surface_motion",
+        body,
+        velocity=vector_fields(velocity, "velocity"),
+        running=vector_fields(running, "running"),
+    )
+
+
+def add_joint(joint: Joint) -> Command:
+    """Connects two bodies of the world. AlreadyExists for a name in use, NotFound, InvalidArgument."""
+    parent = None if joint.parent is None else reference(joint.parent)
+    return Command(add_joint=AddJoint(joint=joint.message(), child=reference(joint.child), parent=parent))
+
+
+def remove_joint(joint: JointName) -> Command:
+    """Removes a joint."""
+    return Command(remove_joint={"joint": reference(joint)})
+
+
+def set_drive(joint: JointName, drive: Drive, axis: int = 1) -> Command:
+    """Sets the drive of axis 1, or 2 of a universal joint; the other axis keeps its drive."""
+    return Command(
+        set_joint_drives={
+            "joint": reference(joint),
+            "drives": [{"axis": axis, "drive": drive.message()}],
+        }
+    )
+
+
+def set_drives(
+    joints: Sequence[JointName] | ArrayLike,
+    targets: ArrayLike,
+    mode: DriveMode = DriveMode.POSITION,
+    *,
+    stiffness: ArrayLike = 0.0,
+    damping: ArrayLike = 0.0,
+    velocity: ArrayLike = 0.0,
+    effort: ArrayLike = 0.0,
+    axis: int = 1,
+) -> list[Command]:
+    """Drives n joints, with a command for each: values are of shape [n], or one for all. See `Drive`, also for the
+    units.
+    """
+    names = joints.tolist() if isinstance(joints, np.ndarray) else list(joints)  # type: ignore[arg-type]
+    columns = [
+        _column(values, len(names), name)
+        for name, values in (
+            ("targets", targets),
+            ("stiffness", stiffness),
+            ("damping", damping),
+            ("velocity", velocity),
+            ("effort", effort),
+        )
+    ]
+    result = []
+    for name, *values in zip(names, *columns):
+        command = Command()
+        if isinstance(name, str):
+            command.set_joint_drives.joint.name = name
+        else:
+            command.set_joint_drives.joint.id = int(name)
+        drive = command.set_joint_drives.drives.add(axis=axis).drive
+        drive.mode = mode.value
+        drive.target, drive.stiffness, drive.damping, drive.velocity, drive.effort = values
+        result.append(command)
+    return result
+
+
+def _of(kind: str, body: BodyName, **fields: Any) -> Command:
+    """A command of that kind for a body; without the fields that are None."""
+    return Command(**{kind: {"body": reference(body), **fields}})
+
+
+def _column(values: ArrayLike, count: int, name: str) -> list[float]:
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim > 1 or (array.ndim == 1 and len(array) != count):
+        raise ValueError(f"{name}: one number or {count} are expected, not an array of shape {array.shape}")
+    column: list[float] = np.broadcast_to(array, count).tolist()
+    return column

@@ -1,0 +1,363 @@
+"""Queries: what clients ask about a world. Lists of them are answered at the end of one tick, in one call.
+
+    ground = tessera.queries.rays(origins, (0, 0, -1))
+    states = tessera.queries.body_states(ids)
+    answers = client.ask([ground, states])
+    print(answers.tick, answers[ground].distances, answers[states].local)
+
+Units: m, kg, s, rad; vectors along the world's axes. Bodies are given by names or ids, also numpy's integers. `mask`
+selects the collision categories that count, 0: all; `excepting` names bodies that rays pass through and that are not
+found. A `ValueError` names an argument of another shape; bounds are checked by the cluster, which names the element of
+the list and the field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tessera._proto import query_pb2, tessera_pb2, world_pb2
+from tessera.errors import DataLoss
+from tessera.position import (
+    IDENTITY,
+    ORIGIN,
+    PositionLike,
+    VectorLike,
+    position_message,
+    to_position,
+    to_quaternion,
+    to_vector,
+    vector_fields,
+    world_pose_message,
+)
+from tessera.references import BodyName, IdsLike, id_list, references
+from tessera.results import (
+    Applied,
+    BodyStates,
+    FoundBody,
+    FoundFrame,
+    FoundJoint,
+    HashAt,
+    JointStates,
+    Neighbour,
+    RayHit,
+    RayHits,
+    to_applied,
+    to_body_states,
+    to_joint_states,
+    to_ray_hits,
+)
+
+Catalogue: TypeAlias = query_pb2.FoundBodies
+"""Bodies with their names and properties, and their shapes by the ids in the properties."""
+
+T = TypeVar("T")
+
+Results: TypeAlias = Sequence[query_pb2.QueryResult]
+
+
+@dataclass(frozen=True, eq=False)
+class Query(Generic[T]):
+    """A question, or many of one kind, and how their results are read. It may be asked again and again."""
+
+    messages: Sequence[query_pb2.Query]
+    read: Callable[[Results, int], T]  # of these messages, at that tick
+
+
+class Answers:
+    """What a request did and found.
+
+    `answers[query]` has the result of a query; iterating gives those of all, in their order. `tick` is completed: of
+    the results, or the last of the ticks. `applied` is what the commands did.
+    """
+
+    def __init__(self, reply: tessera_pb2.Reply, queries: Sequence[Query[Any]]) -> None:
+        """DataLoss if the results are not those of the queries."""
+        self.tick: int = reply.tick
+        self.applied: Applied = to_applied(reply.applied)
+        messages = [message for query in queries for message in query.messages]
+        kinds = [message.WhichOneof("kind") for message in messages]
+        if kinds != [result.WhichOneof("kind") for result in reply.results]:
+            raise DataLoss("there are results of other queries: perhaps they were too large to be told again")
+        self._results: list[Any] = []
+        self._places: dict[Query[Any], int] = {}
+        place = 0
+        for query in queries:
+            end = place + len(query.messages)
+            self._places[query] = len(self._results)
+            self._results.append(query.read(reply.results[place:end], reply.tick))
+            place = end
+
+    def __getitem__(self, query: Query[T]) -> T:
+        result: T = self._results[self._places[query]]
+        return result
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._results)
+
+    def __len__(self) -> int:
+        return len(self._results)
+
+
+def ray(
+    origin: PositionLike,
+    direction: VectorLike,
+    length: float = 100.0,
+    *,
+    mask: int = 0,
+    excepting: Iterable[BodyName] = (),
+) -> Query[RayHit | None]:
+    """The nearest hit within `length` m, in any sectors on any servers; None if nothing is hit. `direction` may have
+    any length but zero.
+    """
+    return _one(_first, ray=_ray(origin, direction, length, mask, excepting))
+
+
+def ray_all(
+    origin: PositionLike,
+    direction: VectorLike,
+    length: float = 100.0,
+    *,
+    mask: int = 0,
+    excepting: Iterable[BodyName] = (),
+) -> Query[list[RayHit]]:
+    """The nearest hit of each body on a ray, ascending by distance and id."""
+    fields = _ray(origin, direction, length, mask, excepting)
+    return _one(_all, ray={**fields, "wanted": query_pb2.RayQuery.ALL})
+
+
+def ray_any(
+    origin: PositionLike,
+    direction: VectorLike,
+    length: float = 100.0,
+    *,
+    mask: int = 0,
+    excepting: Iterable[BodyName] = (),
+) -> Query[bool]:
+    """Whether a ray hits anything: faster than the nearest."""
+    fields = _ray(origin, direction, length, mask, excepting)
+    return _one(lambda result, tick: result.ray.hit, ray={**fields, "wanted": query_pb2.RayQuery.ANY})
+
+
+def rays(
+    origins: ArrayLike,
+    directions: ArrayLike,
+    lengths: ArrayLike = 100.0,
+    *,
+    sectors: ArrayLike = ORIGIN,
+    mask: int = 0,
+    excepting: Iterable[BodyName] = (),
+) -> Query[RayHits]:
+    """The nearest hits of n rays, as arrays. `origins` [n, 3] or [3] in m from the centres of `sectors` [n, 3] or [3],
+    64-bit integers; `directions` [n, 3] or [3], of any length but zero; `lengths` [n] or one, in m.
+    """
+    columns = {
+        "origins": np.asarray(origins, dtype=np.float64),
+        "directions": np.asarray(directions, dtype=np.float64),
+        "sectors": np.asarray(sectors, dtype=np.int64),
+        "lengths": np.asarray(lengths, dtype=np.float64),
+    }
+    count = max(len(array) if array.ndim == 1 + (name != "lengths") else 1 for name, array in columns.items())
+    rows = {
+        name: _broadcast(array, (count,) if name == "lengths" else (count, 3), name)
+        for name, array in columns.items()
+    }
+    common = query_pb2.Query(ray={"mask": mask, "except": references(excepting)})
+    messages = []
+    for local, way, sector, length in zip(*rows.values()):
+        message = query_pb2.Query()
+        message.CopyFrom(common)
+        ray = message.ray
+        ray.length = length
+        to = ray.origin.sector
+        to.i, to.j, to.k = sector
+        to = ray.origin.local
+        to.x, to.y, to.z = local
+        to = ray.direction
+        to.x, to.y, to.z = way
+        messages.append(message)
+    return Query(messages, lambda results, tick: to_ray_hits([result.ray for result in results]))
+
+
+def sweep(
+    probe: world_pb2.Shape,
+    position: PositionLike,
+    direction: VectorLike,
+    length: float = 100.0,
+    *,
+    orientation: VectorLike = IDENTITY,
+    mask: int = 0,
+    excepting: Iterable[BodyName] = (),
+) -> Query[RayHit | None]:
+    """The first contact of a convex shape of one part that moves `length` m along `direction` without turning; None
+    if it touches nothing.
+    """
+    fields = {
+        "pose": world_pose_message(position, orientation),
+        "probe": _geometry(probe),
+        "direction": vector_fields(direction, "direction"),
+        "length": float(length),
+        "mask": mask,
+        "except": references(excepting),
+    }
+    return _one(lambda result, tick: _nearest(result.sweep), sweep=fields)
+
+
+def near(
+    position: PositionLike,
+    reach: float = 0.0,
+    *,
+    probe: world_pb2.Shape | None = None,
+    orientation: VectorLike = IDENTITY,
+    mask: int = 0,
+    limit: int = 0,
+    excepting: Iterable[BodyName] = (),
+) -> Query[list[Neighbour]]:
+    """The bodies within `reach` m of a convex probe of one part (not given: a point), by distance and id.
+
+    With reach 0, the bodies that it overlaps. `reach` is at most 4 sectors; `limit` 0: 1000 bodies.
+    """
+    fields = {
+        "pose": world_pose_message(position, orientation),
+        "probe": None if probe is None else _geometry(probe),
+        "reach": float(reach),
+        "mask": mask,
+        "limit": limit,
+        "except": references(excepting),
+    }
+    return _one(
+        lambda result, tick: [Neighbour(body.id, body.name, body.distance) for body in result.near.bodies],
+        near=fields,
+    )
+
+
+def body_states(ids: IdsLike | None = None, prefix: str = "") -> Query[BodyStates]:
+    """The states of bodies as arrays, ascending by id. Ids that no body has are skipped. With a `prefix`, also those
+    whose names begin with it and that are not static; without both, all that are not static.
+    """
+    return _one(
+        lambda result, tick: to_body_states(tick, result.states), states=_selection(ids, prefix)
+    )
+
+
+def joint_states(ids: IdsLike | None = None, prefix: str = "") -> Query[JointStates]:
+    """Likewise the positions and rates of joints; without `ids` and `prefix`, of all."""
+    return _one(
+        lambda result, tick: to_joint_states(tick, result.joint_states), joint_states=_selection(ids, prefix)
+    )
+
+
+def hash() -> Query[HashAt]:
+    """The hash of the world's state."""
+    return _one(lambda result, tick: HashAt(tick, result.hash.hash), hash={})
+
+
+def catalogue(
+    ids: IdsLike | None = None,
+    *,
+    prefix: str = "",
+    only_static: bool = False,
+    with_shapes: bool = True,
+    limit: int = 0,
+) -> Query[Catalogue]:
+    """Bodies, ascending by id, that meet all conditions that are set, at most `limit`; 0: 1000."""
+    fields = _selection(ids, prefix) | {"limit": limit, "only_static": only_static, "with_shapes": with_shapes}
+    return _one(lambda result, tick: result.find_bodies, find_bodies=fields)
+
+
+def find_bodies(prefix: str = "", limit: int = 0) -> Query[list[FoundBody]]:
+    """Bodies whose names begin with `prefix`, ascending by id, at most `limit`; 0: 1000."""
+    return _one(
+        lambda result, tick: [
+            FoundBody(body.id, body.name, body.properties) for body in result.find_bodies.bodies
+        ],
+        find_bodies={"name_prefix": prefix, "limit": limit},
+    )
+
+
+def find_joints(prefix: str = "", limit: int = 0) -> Query[list[FoundJoint]]:
+    """Joints whose names begin with `prefix`, ascending by id, at most `limit`; 0: 1000."""
+    return _one(
+        lambda result, tick: [
+            FoundJoint(found.id, found.joint.name, found.parent, found.child, found.joint)
+            for found in result.find_joints.joints
+        ],
+        find_joints={"name_prefix": prefix, "limit": limit},
+    )
+
+
+def find_frames(prefix: str = "", limit: int = 0) -> Query[list[FoundFrame]]:
+    """Frames whose names begin with `prefix`, ascending by name, at most `limit`; 0: 1000."""
+    return _one(
+        lambda result, tick: [_frame(found) for found in result.find_frames.frames],
+        find_frames={"name_prefix": prefix, "limit": limit},
+    )
+
+
+def _one(read: Callable[[query_pb2.QueryResult, int], T], **fields: Any) -> Query[T]:
+    return Query([query_pb2.Query(**fields)], lambda results, tick: read(results[0], tick))
+
+
+def _ray(
+    origin: PositionLike, direction: VectorLike, length: float, mask: int, excepting: Iterable[BodyName]
+) -> dict[str, Any]:
+    return {
+        "origin": position_message(origin),
+        "direction": vector_fields(direction, "direction"),
+        "length": float(length),
+        "mask": mask,
+        "except": references(excepting),
+    }
+
+
+def _selection(ids: IdsLike | None, prefix: str) -> dict[str, Any]:
+    if ids is None:
+        return {"name_prefix": prefix}
+    return {"ids": id_list(ids) or [0], "name_prefix": prefix}  # no body: without ids, all would be meant
+
+
+def _geometry(probe: world_pb2.Shape) -> world_pb2.Geometry:
+    (part,) = probe.parts
+    geometry: world_pb2.Geometry = part.geometry
+    return geometry
+
+
+def _broadcast(array: Any, shape: tuple[int, ...], name: str) -> list[Any]:
+    """As lists, whose numbers protobuf takes faster."""
+    try:
+        rows: list[Any] = np.broadcast_to(array, shape).tolist()
+    except ValueError:
+        wanted = " or ".join(str(list(shape[n:])) for n in range(len(shape)))
+        raise ValueError(f"{name}: an array {wanted} is expected, not one of shape {array.shape}") from None
+    return rows
+
+
+def _hit(hit: query_pb2.RayHits.Hit) -> RayHit:
+    return RayHit(hit.body, hit.name, hit.distance, to_position(hit.position), to_vector(hit.normal))
+
+
+def _nearest(hits: query_pb2.RayHits) -> RayHit | None:
+    return _hit(hits.hits[0]) if hits.hits else None
+
+
+def _first(result: query_pb2.QueryResult, tick: int) -> RayHit | None:
+    return _nearest(result.ray)
+
+
+def _all(result: query_pb2.QueryResult, tick: int) -> list[RayHit]:
+    return [_hit(hit) for hit in result.ray.hits]
+
+
+def _frame(found: query_pb2.FoundFrames.Found) -> FoundFrame:
+    frame = found.frame
+    return FoundFrame(
+        frame.name,
+        frame.body,
+        found.body,
+        to_vector(frame.pose.position),
+        to_quaternion(frame.pose.orientation),
+    )
