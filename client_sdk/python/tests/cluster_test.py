@@ -41,6 +41,13 @@ def test_cluster_that_does_not_start_says_why() -> None:
         tessera.Cluster(servers=1000)
 
 
+def test_cluster_without_a_store_writes_nothing_and_runs() -> None:
+    with tessera.Cluster(servers=1, store=False) as cluster, cluster.connect() as client:
+        client.load(WORLDS / "falling.sdf")
+        assert client.step(10) == 10
+        assert client.status().store_failure == ""
+
+
 def test_world_of_double_precision() -> None:
     with tessera.Cluster(
         servers=1, precision=tessera.Precision.FLOAT64

@@ -161,7 +161,8 @@ def rays(
         "sectors": np.asarray(sectors, dtype=np.int64),
         "lengths": np.asarray(lengths, dtype=np.float64),
     }
-    count = max(len(array) if array.ndim == 1 + (name != "lengths") else 1 for name, array in columns.items())
+    counts = [len(array) for name, array in columns.items() if array.ndim == (1 if name == "lengths" else 2)]
+    count = counts[0] if counts else 1
     rows = {
         name: _broadcast(array, (count,) if name == "lengths" else (count, 3), name)
         for name, array in columns.items()
@@ -331,7 +332,7 @@ def _broadcast(array: Any, shape: tuple[int, ...], name: str) -> list[Any]:
     try:
         rows: list[Any] = np.broadcast_to(array, shape).tolist()
     except ValueError:
-        wanted = " or ".join(str(list(shape[n:])) for n in range(len(shape)))
+        wanted = f"{list(shape)} or {list(shape[1:])}"
         raise ValueError(f"{name}: an array {wanted} is expected, not one of shape {array.shape}") from None
     return rows
 

@@ -1,0 +1,171 @@
+"""Queries with arrays in and out, answered at one tick over sectors and servers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import flat_world
+
+import tessera
+from tessera import queries
+from tessera._proto import query_pb2, tessera_pb2
+from tessera.results import to_body_states, to_joint_states
+
+SECTOR = 10.0
+
+
+@pytest.fixture
+def crates(client: tessera.Client) -> list[int]:
+    """Five crates, 3 m high in five sectors, without gravity."""
+    world = flat_world(SECTOR, gravity=(0, 0, 0))
+    for i in range(-2, 3):
+        place = tessera.WorldPosition((0, 0, 3), (i, 0, 0))
+        world.add(tessera.Body(f"crate_{i}", tessera.box(1, 1, 1), 10, place))
+    client.load(world, replace=True)
+    return [client.find(f"crate_{i}").id for i in range(-2, 3)]
+
+
+def test_many_rays_are_one_call(client: tessera.Client, crates: list[int]) -> None:
+    hits = client.raycast(
+        np.array([[0, 0, 8], [1.0, 1, 8], [0, 0, 8], [-2, 0, 3]]),
+        np.array([[0, 0, -2], [0, 0, -1], [0, 0, 1], [1, 0, 0]]),
+        [20, 20, 20, 1],
+        sectors=[(1, 0, 0), (-2, 0, 0), (0, 0, 0), (0, 0, 0)],
+    )
+    assert isinstance(hits, tessera.RayHits)
+    ground = client.find("ground").id
+    assert len(hits) == 4
+    assert hits.ids.tolist() == [crates[3], ground, 0, 0]
+    assert hits.hit.tolist() == [True, True, False, False]
+    assert hits.distances == pytest.approx([4.5, 8, np.inf, np.inf])
+    assert hits.relative_to((1, 0, 0), SECTOR)[:2] == pytest.approx(np.array([[0, 0, 3.5], [-29, 1, 0]]))
+    assert hits.normals[:2] == pytest.approx(np.array([[0, 0, 1], [0, 0, 1]]))
+    assert hits.sectors.tolist()[2:] == [[0, 0, 0]] * 2
+    assert np.isnan(hits.local[2:]).all() and np.isnan(hits.normals[2:]).all()
+
+
+def test_a_lidar_is_one_origin_and_many_directions(client: tessera.Client, crates: list[int]) -> None:
+    angles = np.linspace(0, 2 * np.pi, 1000, endpoint=False)
+    directions = np.stack([np.cos(angles), np.sin(angles), np.zeros(1000)], axis=1)
+    hits = client.raycast((0, 0, 3), directions, 8, sectors=(1, 0, 0), excepting=[np.uint64(crates[3])])
+    assert isinstance(hits, tessera.RayHits)
+    assert not hits.hit.any()
+    hits = client.raycast((5, 0, 3), directions, 8, sectors=(1, 0, 0))
+    assert isinstance(hits, tessera.RayHits)
+    assert set(hits.ids.tolist()) == {0, crates[3], crates[4]}
+    assert hits.distances[0] == hits.distances[500] == pytest.approx(4.5)
+    one = client.raycast(tessera.WorldPosition((5, 0, 3), (1, 0, 0)), (1, 0, 0))
+    assert isinstance(one, tessera.RayHit)
+    assert (one.id, one.distance) == (hits.ids[0], hits.distances[0])
+
+
+def test_arrays_of_another_shape_are_named() -> None:
+    with pytest.raises(ValueError, match=r"directions: an array \[2, 3\] or \[3\] is expected, not one of"):
+        queries.rays([(0, 0, 1), (0, 0, 2)], [(0, 0)])
+    with pytest.raises(ValueError, match="lengths"):
+        queries.rays((0, 0, 1), [(0, 0, 1), (0, 0, 2)], [1, 2, 3])
+
+
+def test_no_rays_have_no_hits(client: tessera.Client, crates: list[int]) -> None:
+    hits = client.raycast((0, 0, 0), np.empty((0, 3)))
+    assert isinstance(hits, tessera.RayHits)
+    assert (len(hits), hits.local.shape) == (0, (0, 3))
+
+
+def test_all_or_any_hit(client: tessera.Client, crates: list[int]) -> None:
+    start = tessera.WorldPosition((-2, 0, 3), (-2, 0, 0))
+    through, is_hit, is_not = answers = client.ask(
+        [
+            queries.ray_all(start, (1, 0, 0), excepting=["crate_0"]),
+            queries.ray_any(start, (1, 0, 0)),
+            queries.ray_any(start, (-1, 0, 0)),
+        ]
+    )
+    assert [hit.name for hit in through] == ["crate_-2", "crate_-1", "crate_1", "crate_2"]
+    assert [hit.distance for hit in through] == pytest.approx([1.5, 11.5, 31.5, 41.5])
+    assert (is_hit, is_not, len(answers)) == (True, False, 3)
+
+
+def test_a_shape_is_swept_and_leaves_out_what_it_must(client: tessera.Client, crates: list[int]) -> None:
+    ball = tessera.sphere(0.5)
+    hit = client.sweep(ball, (0, 0, 8), (0, 0, -1))
+    assert hit is not None
+    assert (hit.name, hit.distance) == ("crate_0", pytest.approx(4, abs=1e-3))
+    hit = client.sweep(ball, (0, 0, 8), (0, 0, -1), excepting=["crate_0"])
+    assert hit is not None
+    assert (hit.name, hit.distance) == ("ground", pytest.approx(7.5, abs=1e-3))
+    assert client.sweep(ball, (0, 0, 8), (0, 0, 1)) is None
+    assert [body.name for body in client.near((0, 0, 3), 9, excepting=["ground", crates[2]])] == []
+
+
+def test_states_are_arrays(client: tessera.Client, crates: list[int]) -> None:
+    client.set_velocity("crate_1", (1, 2, 3))
+    client.step()
+    states = client.body_states()
+    assert states.tick == 1
+    assert states.ids.tolist() == crates
+    assert states.sectors[:, 0].tolist() == [-2, -1, 0, 1, 2]
+    assert states.linear_velocities[3].tolist() == [1, 2, 3]
+    assert not states.asleep.any()
+    some = client.body_states(np.array(crates[3:0:-1] + [999])).of(np.array([crates[3], crates[1]]))
+    assert some.ids.tolist() == [crates[3], crates[1]]
+    assert some.relative_to((1, 0, 0), SECTOR)[:, 0] == pytest.approx([1 / 60, -20])
+    with pytest.raises(KeyError, match="999"):
+        some.of([999])
+    assert client.body_states(prefix="crate_-").ids.tolist() == crates[:2]
+    assert len(client.body_states([])) == 0
+    assert len(client.joint_states()) == 0
+
+
+def test_answers_are_found_by_their_queries(client: tessera.Client, crates: list[int]) -> None:
+    hash_now, states = queries.hash(), queries.body_states(crates)
+    rays = queries.rays((0, 0, 8), [(0, 0, -1)] * 3)
+    answers = client.ask([hash_now, rays, states])
+    assert answers[states].ids.tolist() == crates
+    assert answers[hash_now] == client.hash()
+    assert answers[rays].ids.tolist() == [crates[2]] * 3
+    assert client.ask([rays])[rays].ids.tolist() == [crates[2]] * 3
+
+
+def test_results_of_other_queries_are_refused() -> None:
+    reply = tessera_pb2.Reply(results=[{"hash": {}}])
+    for asked in ([], [queries.near((0, 0, 0))], [queries.hash(), queries.hash()]):
+        with pytest.raises(tessera.DataLoss):
+            queries.Answers(reply, asked)
+
+
+def test_columns_are_read_as_protobuf_packs_them() -> None:
+    """With indices of sectors that take one, two and three bytes."""
+    random = np.random.default_rng(5)
+    place = [0, 127, 128, 300, 16383, 16384, 20000]
+    count = len(place)
+    motion = random.normal(size=(count, 13))
+    states = to_body_states(
+        7,
+        query_pb2.BodyColumns(
+            ids=range(1, count + 1),
+            sectors=[{"i": n, "j": -n, "k": 2**62} for n in range(20001)],
+            sector=place,
+            positions=motion[:, 0:3].ravel(),
+            orientations=motion[:, 3:7].ravel(),
+            linear_velocities=motion[:, 7:10].ravel(),
+            angular_velocities=motion[:, 10:13].ravel(),
+            asleep=[n % 2 == 1 for n in range(count)],
+        ),
+    )
+    assert states.tick == 7
+    assert states.ids.tolist() == list(range(1, count + 1))
+    assert states.sectors.tolist() == [[n, -n, 2**62] for n in place]
+    found = (states.local, states.orientations, states.linear_velocities, states.angular_velocities)
+    assert np.array_equal(np.hstack(found), motion)
+    assert states.asleep.tolist() == [False, True] * 3 + [False]
+    assert len(to_body_states(0, query_pb2.BodyColumns())) == 0
+
+
+def test_joints_have_as_many_axes_as_they_say() -> None:
+    columns = query_pb2.JointColumns(ids=[3, 5, 9], axes=[1, 0, 2], positions=[0.1, 0.2, 0.3], rates=[1, 2, 3])
+    joints = to_joint_states(4, columns)
+    none = np.nan
+    assert np.array_equal(joints.positions, [[0.1, none], [none, none], [0.2, 0.3]], equal_nan=True)
+    assert np.array_equal(joints.rates, [[1, none], [none, none], [2, 3]], equal_nan=True)
+    assert joints.of([9, 3]).positions[:, 0].tolist() == [0.2, 0.1]
