@@ -46,7 +46,8 @@ def pendulum() -> tessera.World:
 
 
 def test_ids_may_be_of_any_integer_type() -> None:
-    for body in (7, np.uint64(7), np.int32(7)):
+    same: list[tessera.BodyName] = [7, np.uint64(7), np.int32(7)]
+    for body in same:
         assert commands.set_velocity(body, (1, 2, 3)).set_velocity.body.id == 7
     assert commands.set_velocity("seven", (1, 2, 3)).set_velocity.body.name == "seven"
     drives = commands.set_drives(np.array([7, 8]), np.array([0.5, 0.25]), stiffness=[1, 2])

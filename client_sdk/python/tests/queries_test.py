@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from conftest import flat_world
@@ -90,10 +92,12 @@ def test_a_shape_is_swept_and_leaves_out_what_it_must(client: tessera.Client, cr
     ball = tessera.sphere(0.5)
     hit = client.sweep(ball, (0, 0, 8), (0, 0, -1))
     assert hit is not None
-    assert (hit.name, hit.distance) == ("crate_0", pytest.approx(4, abs=1e-3))
+    assert hit.name == "crate_0"
+    assert hit.distance == pytest.approx(4, abs=1e-3)
     hit = client.sweep(ball, (0, 0, 8), (0, 0, -1), excepting=["crate_0"])
     assert hit is not None
-    assert (hit.name, hit.distance) == ("ground", pytest.approx(7.5, abs=1e-3))
+    assert hit.name == "ground"
+    assert hit.distance == pytest.approx(7.5, abs=1e-3)
     assert client.sweep(ball, (0, 0, 8), (0, 0, 1)) is None
     assert [body.name for body in client.near((0, 0, 3), 9, excepting=["ground", crates[2]])] == []
 
@@ -129,7 +133,8 @@ def test_answers_are_found_by_their_queries(client: tessera.Client, crates: list
 
 def test_results_of_other_queries_are_refused() -> None:
     reply = tessera_pb2.Reply(results=[{"hash": {}}])
-    for asked in ([], [queries.near((0, 0, 0))], [queries.hash(), queries.hash()]):
+    other: list[list[queries.Query[Any]]] = [[], [queries.near((0, 0, 0))], [queries.hash(), queries.hash()]]
+    for asked in other:
         with pytest.raises(tessera.DataLoss):
             queries.Answers(reply, asked)
 
@@ -166,6 +171,7 @@ def test_joints_have_as_many_axes_as_they_say() -> None:
     columns = query_pb2.JointColumns(ids=[3, 5, 9], axes=[1, 0, 2], positions=[0.1, 0.2, 0.3], rates=[1, 2, 3])
     joints = to_joint_states(4, columns)
     none = np.nan
-    assert np.array_equal(joints.positions, [[0.1, none], [none, none], [0.2, 0.3]], equal_nan=True)
-    assert np.array_equal(joints.rates, [[1, none], [none, none], [2, 3]], equal_nan=True)
+    positions = np.array([[0.1, none], [none, none], [0.2, 0.3]])
+    assert np.array_equal(joints.positions, positions, equal_nan=True)
+    assert np.array_equal(joints.rates, np.array([[1, none], [none, none], [2, 3]]), equal_nan=True)
     assert joints.of([9, 3]).positions[:, 0].tolist() == [0.2, 0.1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import grpc
@@ -118,7 +118,7 @@ def test_requests_without_replies_are_bounded(coordinator: Coordinator, session:
     with pytest.raises(DeadlineExceeded, match="no answer within 0.05 s"):
         session.call(step(1), 0.05)
     with ThreadPoolExecutor(1) as other:
-        one_more: Future[Future[int]] = other.submit(session.send, step(WINDOW), tick_of)
+        one_more = other.submit(lambda: session.send(step(WINDOW), tick_of))
         assert not one_more.done()
         coordinator.replies.set()
         assert one_more.result(PATIENCE_S).result(PATIENCE_S) == WINDOW
