@@ -5,7 +5,6 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Iterator
-from math import inf
 from typing import Any
 
 import grpc
@@ -16,7 +15,6 @@ from tessera.keys import Keys
 
 ANSWER_MAX_S = 1.0  # how long one of several may take to tell whether it leads
 ASK_AGAIN_S = 0.05
-COORDINATOR_REPLACED_MAX_S = 3.0  # one that is replaced is back within a second or two
 
 _SESSION_HEADER = "tessera-session"  # proto/session_header.h
 _STANDS_BY = b"tessera/stands-by"  # proto/status.cc
@@ -116,20 +114,6 @@ class Coordinators:
             self._stubs[place].GetStatus(tessera_pb2.StatusRequest(), timeout=ANSWER_MAX_S, wait_for_ready=True)
         except grpc.RpcError as error:
             return False if stands_by(error) else None
-        return True
-
-    def comes_back(self, place: int, deadline: float | None) -> bool:
-        """Whether one whose connection was lost can be asked again, or others can."""
-        if self.are_several:
-            return True
-        left = inf if deadline is None else deadline - time.monotonic()
-        connected = grpc.channel_ready_future(self._channels[place])
-        try:
-            connected.result(timeout=max(min(left, COORDINATOR_REPLACED_MAX_S), 0))
-        except grpc.FutureTimeoutError:
-            return False
-        finally:
-            connected.cancel()
         return True
 
     def find(self, deadline: float | None) -> int:

@@ -17,7 +17,10 @@ from tessera.coordinators import Coordinators, is_worth_another, stands_by
 from tessera.errors import Cancelled, DeadlineExceeded, TesseraError, Unavailable, from_grpc, from_number
 
 WINDOW = 1024  # requests without a reply
-NOBODY_LEADS_MAX_S = 60.0  # then requests are given up
+# Without an answer for so long, requests are given up. A coordinator that is replaced is back within a second or two,
+# and on a busy machine within some more.
+ONE_IS_GONE_MAX_S = 10.0
+NOBODY_LEADS_MAX_S = 60.0  # of several
 FIND_MAX_S = 1.0
 
 T = TypeVar("T")
@@ -135,7 +138,8 @@ class RequestSession:
                     break
                 if not self._pending:
                     continue
-            if time.monotonic() - lost < NOBODY_LEADS_MAX_S and self._is_worth_another(place, error):
+            patience_s = NOBODY_LEADS_MAX_S if self._coordinators.are_several else ONE_IS_GONE_MAX_S
+            if self._is_lost(error) and is_worth_another(lost + patience_s):
                 continue
             where = self._coordinators.where
             self._fail_all(from_grpc(error, where) if error else Unavailable(f"{where}: the stream has ended"))
@@ -197,13 +201,12 @@ class RequestSession:
         except Exception as error:  # that of `read`
             pending.future.set_exception(error)
 
-    def _is_worth_another(self, place: int, error: grpc.RpcError | None) -> bool:
-        if error is not None and error.code() != grpc.StatusCode.UNAVAILABLE:
-            return False
-        deadline = time.monotonic() + NOBODY_LEADS_MAX_S
-        if error is not None and stands_by(error):
-            return self._coordinators.are_several and is_worth_another(deadline)
-        return self._coordinators.comes_back(place, deadline) and is_worth_another(deadline)
+    def _is_lost(self, error: grpc.RpcError | None) -> bool:
+        """Whether the connection, or the coordinator, is what has ended, and another one may be there."""
+        if error is None:
+            return True
+        may_change = self._coordinators.are_several or not stands_by(error)
+        return may_change and error.code() == grpc.StatusCode.UNAVAILABLE
 
     def _fail_all(self, error: TesseraError) -> None:
         with self._lock:
