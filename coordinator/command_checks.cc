@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "coordinator/limits.h"
 #include "lpss/model/checks.h"
 #include "lpss/model/limits.h"
 #include "lpss/model/validate.h"
@@ -188,7 +187,8 @@ absl::StatusOr<Command> checked(const v1::ApplyRadialImpulse& command, const Wor
   const WorldPosition given = from_proto(command.centre());
   const absl::StatusOr<WorldPosition> centre = canonical(given.sector, given.local, size);
   if (!centre.ok()) return in("centre", centre.status());
-  if (absl::Status status = bounded("radius", command.radius(), 0, kReachMax * size, "m"); !status.ok())
+  if (absl::Status status = bounded("radius", command.radius(), 0, kRadialSectorsMax * size, "m");
+      !status.ok())
     return status;
   if (absl::Status status = bounded("impulse", command.impulse(), -kImpulseMax, kImpulseMax, "N s");
       !status.ok())

@@ -132,6 +132,8 @@ void Coordinator::Impl::on(Call<v1::Request, v1::Reply>& call, Nanoseconds now) 
     if (admission.is_taken) return;
     carried_out = std::move(admission.carried_out);
     journal_.answer_once_stored(call);  // what is remembered of it is what was answered in the end
+  } else {
+    sessions_.take_answered(call);
   }
   const absl::StatusOr<HostedWorld*> live = slot_.live();
   if (!live.ok()) return call.reply(live.status(), {});

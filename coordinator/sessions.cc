@@ -11,7 +11,8 @@
 namespace tessera {
 namespace {
 
-constexpr const char* kForgotten = "this request was made before, and whether it was carried out is forgotten";
+constexpr const char* kForgotten =
+    "this request was made before, and whether it was carried out is forgotten";
 
 // With what is worth remembering of it.
 v1::Reply kept(const v1::Reply& reply) {
@@ -73,7 +74,8 @@ void Sessions::forget_answered(Session& session, const v1::Request& request) {
   session.answered.add_up_to(request.answered());
   for (const std::uint64_t number : request.also_answered()) session.answered.add(number);
   absl::erase_if(session.requests, [&](const auto& entry) {
-    return entry.second.is_answered && session.answered.contains(entry.first);
+    const Request& made = entry.second;
+    return (made.is_answered || made.carried_out) && session.answered.contains(entry.first);
   });
 }
 
@@ -91,9 +93,9 @@ Sessions::Admission Sessions::admit(Call& call) {
   if (found == session.requests.end()) {
     if (session.answered.contains(call.id.number)) return refuse(absl::AbortedError(kForgotten));
     if (session.requests.size() >= kUnansweredMax || session.answered.gaps() > kUnansweredMax) {
-      return refuse(absl::ResourceExhaustedError(
-          absl::StrCat(session.requests.size(), " requests of this client have replies that it has not taken, ",
-                       "and may be at most ", kUnansweredMax)));
+      return refuse(absl::ResourceExhaustedError(absl::StrCat(
+          session.requests.size(), " requests of this client have replies that it has not taken, ",
+          "and may be at most ", kUnansweredMax)));
     }
   } else if (found->second.is_answered) {
     call.reply(found->second.status, found->second.reply);
@@ -115,6 +117,11 @@ Sessions::Admission Sessions::admit(Call& call) {
   return {.is_taken = false, .carried_out = std::exchange(request.carried_out, std::nullopt)};
 }
 
+void Sessions::take_answered(const Call& call) {
+  const auto session = sessions_.find(call.id.session);
+  if (session != sessions_.end()) forget_answered(session->second, call.request);
+}
+
 void Sessions::end(RequestId id, const absl::Status& status, const v1::Reply& reply) {
   const auto session = sessions_.find(id.session);
   if (session == sessions_.end()) return;
@@ -134,7 +141,10 @@ void Sessions::end(RequestId id, const absl::Status& status, const v1::Reply& re
 void Sessions::remember(RequestId id, const v1::Applied& applied) {
   if (id.session == 0) return;
   Session& session = touch(id.session);
-  if (session.requests.size() < kUnansweredMax) session.requests[id.number].carried_out = applied;
+  session.requests[id.number].carried_out = applied;
+  if (session.requests.size() <= kUnansweredMax) return;
+  session.answered.add(session.requests.begin()->first);
+  session.requests.erase(session.requests.begin());
 }
 
 }  // namespace tessera

@@ -36,18 +36,23 @@ class Sessions {
 
   // What to do with a request.
   struct Admission {
-    bool is_taken = false;  // it gets its reply, or an error: nothing is to be done
+    bool is_taken = false;                   // it gets its reply, or an error: nothing is to be done
     std::optional<v1::Applied> carried_out;  // what its commands did when it was made before: they are not
                                              // carried out again, and it is replied to
   };
 
-  // The reply will be remembered until the client says that it has it. A request that was made before gets the
-  // same reply, at once or when it is known. INVALID_ARGUMENT without a number, ABORTED for a request whose reply
-  // the client has, RESOURCE_EXHAUSTED beyond kUnansweredMax. Requests without a session are always new. No
-  // request may be replied to after the end of this object.
+  // The reply will be remembered until the client says that it has it. A request that was made before gets
+  // the same reply, at once or when it is known. INVALID_ARGUMENT without a number, ABORTED for a request
+  // whose reply the client has, RESOURCE_EXHAUSTED beyond kUnansweredMax. Requests without a session are
+  // always new. No request may be replied to after the end of this object.
   Admission admit(Call& call);
 
-  // A request that an earlier coordinator carried out.
+  // What the client says of the replies that it has, in a request that need not be admitted: it changes
+  // nothing.
+  void take_answered(const Call& call);
+
+  // A request that an earlier coordinator carried out. Beyond kUnansweredMax of a client, the first ones are
+  // refused from then on, as if the client had their replies.
   void remember(RequestId id, const v1::Applied& applied);
 
  private:
@@ -59,9 +64,9 @@ class Sessions {
     std::optional<v1::Applied> carried_out;  // by an earlier coordinator
   };
   struct Session {
-    absl::flat_hash_map<std::uint64_t, Request> requests;  // by number
-    NumberSet answered;                                    // what the client has the replies to
-    std::list<std::uint64_t>::iterator place;              // in latest_
+    absl::btree_map<std::uint64_t, Request> requests;  // by number
+    NumberSet answered;                                // what the client has the replies to
+    std::list<std::uint64_t>::iterator place;          // in latest_
   };
 
   Session& touch(std::uint64_t session);
