@@ -12,6 +12,7 @@
 
 namespace tessera {
 
+// So many are kept: those that were asked last.
 inline constexpr std::size_t kPassingWorldsMax = 64;
 
 class PassingWorlds {
@@ -23,11 +24,14 @@ class PassingWorlds {
 
  private:
   struct Entry {
-    Sector sector;   // with a world, or not yet
-    int misses = 0;  // of regions that no static body met
+    Sector sector;
+    std::uint64_t asked = 0;  // in the order of calls
   };
 
+  void make_room();
+
   absl::flat_hash_map<SectorIndex, std::unique_ptr<Entry>> entries_;
+  std::uint64_t calls_ = 0;
   std::uint64_t revision_ = 0;  // of the static bodies
 };
 

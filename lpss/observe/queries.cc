@@ -23,12 +23,6 @@ void take(const RayAnswer& answer, std::optional<RayAnswer>& nearest) {
   if (!nearest || order_of(answer) < order_of(*nearest)) nearest = answer;
 }
 
-bool is_within(const Stretch& inner, const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from,
-               const WorldLine& line) {
-  const std::optional<Stretch> inside = stretch_inside(box, from, line);
-  return inside && inside->begin <= inner.end && inner.begin <= inside->end;
-}
-
 // Around the stretch of a line, seen from where `from` is relative to, and what is within `radius` of it.
 Eigen::AlignedBox3d box_around(const WorldLine& line, const Eigen::Vector3d& from, const Stretch& stretch,
                                double radius) {
@@ -63,22 +57,28 @@ const SectorWorld* Queries::living_world(const SectorIndex& index) {
 template <typename Ask>
 void Queries::ask_along(const WorldLine& line, double radius, GroundBudget budget, const Ask& ask) {
   // Bodies reach out of their sectors; static ones are known to the sectors that they are in.
-  SectorPath path(line, partition_.margins.reach + radius, partition_.sector_size());
-  const Eigen::AlignedBox3d of_statics = cube(partition_.sector_size() / 2 + radius);
+  SectorPath of_bodies(line, partition_.margins.reach + radius, partition_.sector_size());
+  SectorPath of_statics(line, radius, partition_.sector_size());
+  const Eigen::AlignedBox3d around =
+      cube(partition_.sector_size() / 2 + std::max(radius, partition_.margins.reach));
   double matters = line.length;
   do {
-    if (matters + kSameHit < path.begin()) return;
-    path.for_each_around([&](const SectorPath::Place& place) {
-      const SectorWorld* world = partition_.hosts(place.index) ? living_world(place.index) : nullptr;
-      if (is_within(place.stretch, of_statics, place.from, line)) {
-        const Eigen::AlignedBox3d region = box_around(line, place.from, place.stretch, radius);
-        if (!budget.covers(partition_, place.index, region) && world == nullptr) return;
-        if (world == nullptr && partition_.hosts(place.index))
-          world = passing_.at(partition_, place.index, region);
-      }
-      if (world != nullptr) matters = std::min(matters, ask(*world, place));
+    if (matters + kSameHit < of_bodies.begin()) return;
+    of_bodies.for_each_around([&](const SectorPath::Place& place) {
+      if (place.stretch.begin > matters + kSameHit || !partition_.hosts(place.index)) return;
+      if (const SectorWorld* world = living_world(place.index))
+        matters = std::min(matters, ask(*world, place));
     });
-  } while (path.advance());
+    of_statics.for_each_around([&](const SectorPath::Place& inner) {
+      SectorPath::Place place = inner;
+      place.stretch = *stretch_inside(around, place.from, line);
+      const Eigen::AlignedBox3d region = box_around(line, place.from, place.stretch, radius);
+      if (!budget.covers(partition_, place.index, region) || inner.stretch.begin > matters + kSameHit) return;
+      if (!partition_.hosts(place.index) || living_world(place.index) != nullptr) return;
+      if (const SectorWorld* world = passing_.at(partition_, place.index, region))
+        matters = std::min(matters, ask(*world, place));
+    });
+  } while (of_bodies.advance() && of_statics.advance());
 }
 
 std::optional<RayAnswer> Queries::raycast(const WorldPosition& origin, const Eigen::Vector3d& direction,
