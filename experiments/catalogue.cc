@@ -1,5 +1,6 @@
 #include "experiments/catalogue.h"
 
+#include "experiments/clients/clients.h"
 #include "experiments/extremes/extremes.h"
 #include "experiments/ground/ground.h"
 #include "experiments/joints/joints.h"
@@ -25,6 +26,9 @@ const std::vector<Experiment>& all_experiments() {
       {"checkpoints",
        "What it costs that a world survives the loss of a process, by how often its state is kept.",
        measure_checkpoints},
+      {"clients",
+       "What clients get from a cluster: commands and queries a second, latencies, steps in lock step.",
+       measure_clients, /*has_scenes=*/true},
       {"distance",
        "The effect of the distance from the origin on a collision: one world, a shifted origin, sectors.",
        measure_distance},
