@@ -30,6 +30,12 @@ TEST(RoleTest, EveryCallOfEveryServiceHasOne) {
   EXPECT_EQ(services, 3);
 }
 
+// Whether a request changes a world is clear only when it is read.
+TEST(RoleTest, WhoObservesMayMakeRequests) {
+  for (const char* call : {"/tessera.v1.Tessera/Session", "/tessera.v1.Tessera/Do"})
+    EXPECT_EQ(role_needed(call), ClientRole::kObserve) << call;
+}
+
 TEST(RoleTest, OtherCallsHaveNone) {
   for (const char* call :
        {"", "/", "/tessera.v1.", "/tessera.v1.Tessera/", "/tessera.v1.Tessera/Explode", "Tessera/GetStatus",

@@ -27,7 +27,7 @@ TEST(GrantQueue, GrantsAreCarriedOutInTheirOrder) {
   EXPECT_FALSE(queue.has_work());
 }
 
-TEST(GrantQueue, AGrantIsItsMapThenItsTicksThenItsQueries) {
+TEST(GrantQueue, AGrantIsItsMapThenItsTicksThenItsQuestions) {
   GrantQueue queue(1);
   v1::Grant all = grant(1, 2, 2);
   all.mutable_map()->set_epoch(7);

@@ -156,17 +156,17 @@ inline v1::NumberedShape numbered(ShapeId id, Geometry geometry) {
 }
 
 inline v1::Grant grant_of(std::uint64_t serial, std::uint64_t ticks,
-                          std::initializer_list<std::uint64_t> hash_queries = {},
+                          std::initializer_list<std::uint64_t> hash_questions = {},
                           std::uint64_t world = kWorld) {
   v1::Grant grant;
   grant.set_world(world);
   grant.set_serial(serial);
   grant.set_ticks(ticks);
   grant.set_commands(pack(std::span<const Command>{}));
-  for (const std::uint64_t id : hash_queries) {
-    v1::Query& query = *grant.add_queries();
-    query.set_id(id);
-    query.mutable_hash();
+  for (const std::uint64_t id : hash_questions) {
+    v1::Question& question = *grant.add_questions();
+    question.set_id(id);
+    question.mutable_queries()->add_all()->mutable_hash();
   }
   return grant;
 }
@@ -175,6 +175,12 @@ inline v1::ClusterMessage message_of(const v1::Grant& grant) {
   v1::ClusterMessage message;
   *message.mutable_grant() = grant;
   return message;
+}
+
+// Of a server, in the answer to a query of its hash.
+inline WorldHash hash_in(const v1::Answer& answer) {
+  EXPECT_EQ(answer.results_size(), 1);
+  return WorldHash(answer.results(0).hash_low(), answer.results(0).hash_high());
 }
 
 // The hash of the world after each of `ticks`, run in one process; `commands` act at the first of them.

@@ -234,7 +234,7 @@ TEST_F(TwoServers, EndWhereAServerThatHasSectorsIsToLeave) {
 TEST_F(TwoServers, SayWhatTheyHaveToDo) {
   load(small_tower());
   v1::Grant grant = grant_of(1, 10);
-  grant.add_queries()->mutable_load();
+  grant.add_questions()->mutable_load();
   for (TestServer* server : {&first_, &second_}) {
     server->grant(grant);
     server->work();
@@ -265,7 +265,7 @@ TEST_F(TwoServers, AnswerForTheirOwnBodiesAlone) {
   for (TestServer* server : {&first_, &second_}) {
     const auto answers = server->take(Kind::kAnswer);
     ASSERT_EQ(answers.size(), 1u);
-    sum.add(WorldHash(answers[0].answer().hash_low(), answers[0].answer().hash_high()));
+    sum.add(hash_in(answers[0].answer()));
   }
   EXPECT_EQ(sum, expected_hashes(small_tower(), 10).back());
 }

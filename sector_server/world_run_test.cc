@@ -2,6 +2,7 @@
 // process.
 #include <limits>
 
+#include "proto/body_columns.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
 #include "proto/kept_chunks.h"
@@ -74,10 +75,10 @@ TEST_F(OneServer, TellsForCheckpointsWhatHasChanged) {
   std::uint64_t serial = 0;
   const auto ask = [&](std::uint64_t ticks, bool keeps, bool anew) {
     v1::Grant grant = grant_of(++serial, ticks);
-    v1::Query& query = *grant.add_queries();
-    query.set_id(serial);
-    query.mutable_snapshot()->set_keeps(keeps);
-    query.mutable_snapshot()->set_anew(anew);
+    v1::Question& question = *grant.add_questions();
+    question.set_id(serial);
+    question.mutable_snapshot()->set_keeps(keeps);
+    question.mutable_snapshot()->set_anew(anew);
     server_.grant(grant);
     server_.work();
     std::vector<v1::SnapshotChunk> chunks;
@@ -136,11 +137,11 @@ TEST_F(OneServer, CarriesGrantsOutInTheOrderOfTheirNumbers) {
   server_.work();
   const std::vector<v1::Answer> heard = answers();
   ASSERT_EQ(heard.size(), 3u);
-  EXPECT_EQ(heard[0].query(), 11u);
+  EXPECT_EQ(heard[0].question(), 11u);
   EXPECT_EQ(heard[0].tick(), 2u);
-  EXPECT_EQ(heard[1].query(), 22u);
+  EXPECT_EQ(heard[1].question(), 22u);
   EXPECT_EQ(heard[1].tick(), 7u);
-  EXPECT_EQ(heard[2].query(), 33u);
+  EXPECT_EQ(heard[2].question(), 33u);
   EXPECT_EQ(heard[2].tick(), 7u);
 }
 
@@ -153,7 +154,7 @@ TEST_F(OneServer, AnswersAfterTheLastTickOfTheGrant) {
   for (const v1::Answer& answer : heard) {
     EXPECT_EQ(answer.world(), kWorld);
     EXPECT_EQ(answer.tick(), 10u);
-    EXPECT_EQ(WorldHash(answer.hash_low(), answer.hash_high()), expected);
+    EXPECT_EQ(hash_in(answer), expected);
   }
 }
 
@@ -174,35 +175,111 @@ TEST_F(OneServer, RemembersSoManyGrantsAndRoundsAhead) {
   EXPECT_EQ(server_.machine.tick(), 10u);
 }
 
+v1::Query ray_query(const Eigen::Vector3d& direction) {
+  v1::Query query;
+  *query.mutable_ray()->mutable_origin() = to_proto(WorldPosition{{0, 0, 3}, {0, 0, 0}});
+  *query.mutable_ray()->mutable_direction() = to_proto(direction);
+  query.mutable_ray()->set_length(20);
+  query.mutable_ray()->set_mask(0xffffffff);
+  return query;
+}
+
+v1::Query near_query() {
+  v1::Query query;
+  v1::NearQuery& near = *query.mutable_near();
+  *near.mutable_pose() = to_proto(WorldPose{{{0, 0, 1}, {0, 0, 1.2}}});
+  *near.mutable_probe() = to_proto(Shape{{{Sphere{0.1}, {}}}}).parts(0).geometry();
+  near.set_reach(0.2);
+  near.set_mask(0xffffffff);
+  return query;
+}
+
+// All of a question are answered at once, in their order.
 TEST_F(OneServer, AnswersWhatARayHitsAndWhatIsNear) {
   v1::Grant grant = grant_of(1, 0);
-  v1::Query& down = *grant.add_queries();
-  down.set_id(1);
-  *down.mutable_ray()->mutable_origin() = to_proto(WorldPosition{{0, 0, 3}, {0, 0, 0}});
-  *down.mutable_ray()->mutable_direction() = to_proto(Eigen::Vector3d(0, 0, -1));
-  down.mutable_ray()->set_length(20);
-  down.mutable_ray()->set_mask(0xffffffff);
-  v1::Query& aside = *grant.add_queries();
-  aside = down;
-  aside.set_id(2);
-  *aside.mutable_ray()->mutable_direction() = to_proto(Eigen::Vector3d(0, 1, 0));
-  v1::Query& around = *grant.add_queries();
-  around.set_id(3);
-  *around.mutable_near()->mutable_pose() = to_proto(WorldPose{{{0, 0, 1}, {0, 0, 1.2}}});
-  *around.mutable_near()->mutable_probe() = to_proto(Shape{{{Sphere{0.1}, {}}}}).parts(0).geometry();
-  around.mutable_near()->set_reach(0.2);
-  around.mutable_near()->set_mask(0xffffffff);
+  v1::Question& question = *grant.add_questions();
+  question.set_id(5);
+  *question.mutable_queries()->add_all() = ray_query({0, 0, -1});
+  *question.mutable_queries()->add_all() = ray_query({0, 1, 0});
+  *question.mutable_queries()->add_all() = near_query();
+  question.mutable_queries()->add_all()->mutable_hash();
   server_.grant(grant);
   server_.work();
   const std::vector<v1::Answer> heard = answers();
-  ASSERT_EQ(heard.size(), 3u);
+  ASSERT_EQ(heard.size(), 1u);
+  EXPECT_EQ(heard[0].question(), 5u);
+  ASSERT_EQ(heard[0].results_size(), 4);
   // The top of the uppermost box, body 7, is 5 m above the origin.
-  EXPECT_TRUE(heard[0].hit());
-  EXPECT_EQ(heard[0].body(), 7u);
-  EXPECT_NEAR(heard[0].distance(), 12 - 5, 0.05);
-  EXPECT_FALSE(heard[1].hit());
-  ASSERT_GE(heard[2].near_size(), 1);
-  EXPECT_EQ(heard[2].near(0).body(), 7u);
+  const v1::RayHits& down = heard[0].results(0).result().ray();
+  ASSERT_EQ(down.hits_size(), 1);
+  EXPECT_EQ(down.hits(0).body(), 7u);
+  EXPECT_NEAR(down.hits(0).distance(), 12 - 5, 0.05);
+  EXPECT_NEAR(down.hits(0).normal().z(), 1, 1e-5);
+  EXPECT_TRUE(heard[0].results(1).result().ray().hits().empty());
+  const v1::NearBodies& near = heard[0].results(2).result().near();
+  ASSERT_GE(near.bodies_size(), 1);
+  EXPECT_EQ(near.bodies(0).id(), 7u);
+  EXPECT_NE(WorldHash(heard[0].results(3).hash_low(), heard[0].results(3).hash_high()), WorldHash());
+}
+
+// Of all that are not static without ids, in the body frame; no id is the wrong one.
+TEST_F(OneServer, AnswersWithTheStatesOfBodies) {
+  v1::Grant grant = grant_of(1, 0);
+  v1::Question& question = *grant.add_questions();
+  question.mutable_queries()->add_all()->mutable_states();
+  v1::StatesQuery& some = *question.mutable_queries()->add_all()->mutable_states();
+  for (const std::uint64_t id : {0u, 1u, 7u, 99u}) some.add_ids(id);
+  question.mutable_queries()->add_all()->mutable_states()->add_ids(0);
+  server_.grant(grant);
+  server_.work();
+  const std::vector<v1::Answer> heard = answers();
+  ASSERT_EQ(heard.size(), 1u);
+  ASSERT_EQ(heard[0].results_size(), 3);
+  const v1::BodyColumns& all = heard[0].results(0).result().states();
+  EXPECT_THAT(std::vector<std::uint64_t>(all.ids().begin(), all.ids().end()),
+              ::testing::UnorderedElementsAre(2, 3, 4, 5, 6, 7));
+  EXPECT_EQ(all.positions_size(), 18);
+  const v1::BodyColumns& two = heard[0].results(1).result().states();
+  EXPECT_THAT(two.ids(), ElementsAre(1, 7));
+  std::vector<BodyRow> rows;
+  ASSERT_TRUE(append_rows(two, rows).ok());
+  const WorldDescription world = small_tower();
+  for (const auto& [row, body] : {std::pair(rows[0], world.bodies[0]), std::pair(rows[1], world.bodies[6])}) {
+    const auto place =
+        canonical(body.pose.position.sector, body.pose.position.local, world.settings.sector_size);
+    EXPECT_EQ(row.pose.position.sector, place->sector);
+    EXPECT_NEAR((row.pose.position.local - place->local).norm(), 0, 1e-6);
+    EXPECT_FALSE(row.asleep);
+  }
+  EXPECT_TRUE(heard[0].results(2).result().states().ids().empty());
+}
+
+// Queries that no coordinator asks: their grant is not taken.
+TEST_F(OneServer, LeavesForgedQueriesAlone) {
+  v1::Query long_ray = ray_query({0, 0, 3});
+  v1::Query endless = ray_query({0, 0, 1});
+  endless.mutable_ray()->set_length(std::numeric_limits<double>::infinity());
+  v1::Query far = near_query();
+  far.mutable_near()->set_reach(1e9);
+  v1::Query shapeless = near_query();
+  shapeless.mutable_near()->clear_probe();
+  v1::Query find;
+  find.mutable_find_bodies();
+  const std::pair<v1::Query, std::string> forged[] = {
+      {long_ray, "no unit length"}, {endless, "length"},  {far, "reach"},
+      {shapeless, "geometry"},      {find, "of no kind"}, {v1::Query(), "of no kind"},
+  };
+  for (const auto& [query, message] : forged) {
+    server_.log.clear();
+    v1::Grant grant = grant_of(1, 0);
+    *grant.add_questions()->mutable_queries()->add_all() = query;
+    server_.grant(grant);
+    EXPECT_FALSE(server_.machine.work_left());
+    EXPECT_THAT(server_.log, Contains(HasSubstr(message)));
+  }
+  server_.grant(grant_of(1, 1));
+  server_.work();
+  EXPECT_EQ(server_.machine.tick(), 1u) << "and it goes on with the one that is due";
 }
 
 TEST_F(OneServer, CommandsAndNewShapesActAtTheFirstTickOfTheirGrant) {
