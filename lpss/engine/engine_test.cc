@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -299,6 +300,60 @@ TEST(RaycastTest, FindsTheNearestThatIsWanted) {
   // Two at the same distance: the lower id.
   world.add(dynamic_body(9, kBoxShape, {3, 0, 0}));
   EXPECT_EQ(world.world().raycast({-2, 0.1, 0.1}, {8, 0.1, 0.1}, {1})->body.value, 9u);
+}
+
+TEST(RaycastTest, MeetsEachBodyOnceOnItsWayButThoseThatItIsNotTo) {
+  const auto engine = test_engine(test_settings());
+  TestWorld world(*engine);
+  for (const std::uint64_t id : {11, 10, 12})
+    world.add(dynamic_body(id, kBoxShape, {double(id % 10) * 2, 0, 0}),
+              id == 12 ? Role::kClone : Role::kHome);
+  world.add(static_body(1, kBoxShape, {6, 0, 0}));
+  const std::vector<RayHit> hits = world.world().raycast_all({-2, 0.1, 0.1}, {8, 0.1, 0.1}, {});
+  ASSERT_EQ(hits.size(), 3u);
+  const std::array<double, 3> fractions{0.75, 0.15, 0.35};
+  for (std::size_t n = 0; n < 3; ++n) {
+    EXPECT_EQ(hits[n].body.value, (std::array<std::uint64_t, 3>{1, 10, 11})[n]);
+    EXPECT_NEAR(hits[n].fraction, fractions[n], 1e-5);
+  }
+  const std::vector<BodyId> except{BodyId{10}, BodyId{11}};
+  const QueryFilter others{.except = except};
+  EXPECT_EQ(world.world().raycast({-2, 0.1, 0.1}, {8, 0.1, 0.1}, others)->body.value, 1u);
+  EXPECT_EQ(world.world().raycast_all({-2, 0.1, 0.1}, {8, 0.1, 0.1}, others).size(), 1u);
+  EXPECT_EQ(world.world().near(Sphere{0.5}, {}, 10, others).size(), 1u);
+}
+
+TEST(SweepTest, AProbeStopsAtTheFirstThatIsWanted) {
+  const auto engine = test_engine(test_settings());
+  TestWorld world(*engine);
+  world.add(dynamic_body(10, kBoxShape, {3, 0, 0}));
+  world.add(dynamic_body(11, kBoxShape, {5, 0, 0}));
+  world.add(dynamic_body(12, kBoxShape, {2, 0, 0}), Role::kClone);
+  world.add(static_body(1, kPlaneShape, {0, 0, -2}));
+  const Pose from{{-2, 0.1, 0.1}, Eigen::Quaterniond::Identity()};
+  const auto sweep = [&](const Eigen::Vector3d& direction, double length, const QueryFilter& filter) {
+    return world.world().sweep(Sphere{0.25}, from, direction, length, filter);
+  };
+  const Eigen::Vector3d east = Eigen::Vector3d::UnitX();
+  const auto hit = sweep(east, 10, {});
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(hit->body.value, 10u);
+  EXPECT_NEAR(hit->distance, 4.25, 1e-3);
+  EXPECT_NEAR((hit->normal + east).norm(), 0, 1e-3);
+  EXPECT_FALSE(sweep(east, 4.2, {}));
+  EXPECT_FALSE(sweep(-east, 10, {}));
+  const std::vector<BodyId> except{BodyId{10}};
+  EXPECT_NEAR(sweep(east, 10, {.except = except})->distance, 6.25, 1e-3);
+  const auto below = sweep(-Eigen::Vector3d::UnitZ(), 10, {});
+  ASSERT_TRUE(below);
+  EXPECT_EQ(below->body.value, 1u);
+  EXPECT_NEAR(below->distance, 1.85, 1e-3);
+  EXPECT_NEAR(below->normal.z(), 1, 1e-3);
+  const auto inside =
+      world.world().sweep(Sphere{0.25}, {{2.4, 0, 0}, Eigen::Quaterniond::Identity()}, -east, 5, {});
+  ASSERT_TRUE(inside);
+  EXPECT_EQ(inside->distance, 0);
+  EXPECT_NEAR((inside->normal + east).norm(), 0, 1e-3);
 }
 
 TEST(RaycastTest, SeesBodiesWhereTheyHaveMovedTo) {

@@ -63,4 +63,16 @@ std::optional<BodyRecord> body_of(const Partition& partition, BodyId id) {
   return record_of(*found->second);
 }
 
+std::vector<BodyRecord> bodies_of(const Partition& partition, std::span<const BodyId> ids) {
+  std::vector<BodyRecord> records;
+  for (const BodyId id : ids) {
+    if (const BodyRecord* const body = partition.statics.find(id)) {
+      if (partition.hosts(body->home)) records.push_back(*body);
+    } else if (const std::optional<BodyRecord> moving = body_of(partition, id)) {
+      records.push_back(*moving);
+    }
+  }
+  return records;
+}
+
 }  // namespace tessera

@@ -3,6 +3,8 @@
 
 #include <functional>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "lpss/observe/world_hash.h"
 #include "lpss/partition/partition.h"
@@ -30,5 +32,9 @@ void for_each_body_in(const Partition& partition, const std::function<bool(const
 
 // Nothing where the body lives elsewhere, or is static.
 std::optional<BodyRecord> body_of(const Partition& partition, BodyId id);
+
+// Those of the bodies, static ones included, whose homes the partition hosts, in the order of `ids`: each
+// body of the world is answered for by one server. Packed sectors stay packed.
+std::vector<BodyRecord> bodies_of(const Partition& partition, std::span<const BodyId> ids);
 
 }  // namespace tessera

@@ -53,6 +53,23 @@ TEST(State, BodiesOfTheSectorsThatAreWanted) {
   EXPECT_THAT(ids, ElementsAre(2, 3));
 }
 
+TEST(State, EachBodyOfAListIsToldByTheServerOfItsHome) {
+  TestWorld world(2);
+  add_bodies(world);
+  const std::vector<BodyId> wanted{BodyId{4}, BodyId{2}, BodyId{9}, BodyId{1}, BodyId{3}};
+  const auto told_by = [&](Rank rank) {
+    std::vector<std::uint64_t> ids;
+    for (const BodyRecord& record : bodies_of(world[rank], wanted)) ids.push_back(record.id.value);
+    return ids;
+  };
+  EXPECT_THAT(told_by(0), ElementsAre(2, 3));
+  EXPECT_THAT(told_by(1), ElementsAre(4, 1));
+  const std::vector<BodyId> one{BodyId{1}};
+  const BodyRecord record = bodies_of(world[1], one).at(0);
+  EXPECT_EQ(record.home, kHigh);
+  EXPECT_THAT(record.state.position, ElementsAre(4, 5, 6));
+}
+
 TEST(State, ABodyIsFoundWhereItLivesAndAStaticOneNowhere) {
   TestWorld world(2);
   add_bodies(world);
