@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import pathlib
 import subprocess
+import weakref
 
 import numpy as np
 import pytest
@@ -206,6 +208,16 @@ def test_what_cannot_be_done_is_refused_and_the_world_unchanged(client: tessera.
         client.apply_impulse("crate_0", (1, 2))
     assert client.hash() == before
     assert client.status().state == "paused"
+
+
+def test_client_that_nobody_has_is_closed(cluster: tessera.Cluster) -> None:
+    client = cluster.connect()
+    with pytest.raises(tessera.NotFound):
+        client.remove("nobody")
+    gone = weakref.ref(client)
+    del client
+    gc.collect()
+    assert gone() is None
 
 
 def test_nobody_there_is_an_error_that_names_the_address() -> None:

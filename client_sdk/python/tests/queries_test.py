@@ -164,7 +164,10 @@ def test_columns_are_read_as_protobuf_packs_them() -> None:
     found = (states.local, states.orientations, states.linear_velocities, states.angular_velocities)
     assert np.array_equal(np.hstack(found), motion)
     assert states.asleep.tolist() == [False, True] * 3 + [False]
-    assert len(to_body_states(0, query_pb2.BodyColumns())) == 0
+    none = to_body_states(0, query_pb2.BodyColumns())
+    assert len(none) == len(none.of([])) == 0
+    with pytest.raises(KeyError, match="5"):
+        none.of([5])
 
 
 def test_joints_have_as_many_axes_as_they_say() -> None:

@@ -1,4 +1,4 @@
-"""Requests are made again where their replies are lost, under the same numbers, and wait for no longer than they may."""
+"""Requests are made again where their replies are lost, under their numbers, and wait for no longer than they may."""
 
 from __future__ import annotations
 

@@ -307,8 +307,9 @@ class Client:
 
     def status(self, timeout: float | None = CALL_TIMEOUT_S) -> Status:
         """The status of the cluster: `state` ("empty", "loading", "paused", "running", "recovering",
-        "failed"), `world`, `tick`, `time`, `bodies`, `settings`, `recoveries`, `joined_servers`, `left_servers`, `checkpoint_tick`, `servers`
-        (`node`, `drained` and more) and more: the fields of StatusReply in proto/tessera.proto.
+        "failed"), `world`, `tick`, `time`, `bodies`, `settings`, `recoveries`, `joined_servers`, `left_servers`,
+        `checkpoint_tick`, `servers` (`node`, `drained` and more) and more: the fields of StatusReply in
+        proto/tessera.proto.
         """
         status: Status = self._call("GetStatus", tessera_pb2.StatusRequest(), timeout)
         return status

@@ -174,19 +174,24 @@ class RequestSession:
 
     def _requests(self, stream: _Stream) -> Iterator[tessera_pb2.Request]:
         """All that are to be sent on it, as gRPC takes them."""
-        while True:
-            with self._lock:
+        while (request := self._next_request(stream)) is not None:
+            yield request
+
+    def _next_request(self, stream: _Stream) -> tessera_pb2.Request | None:
+        """Waits for it. None when the stream has ended."""
+        with self._lock:
+            while True:
                 self._to_do.wait_for(lambda: stream.unsent or stream.has_ended or self._is_closing)
                 if stream.has_ended or self._is_closing:
-                    return
+                    return None
                 pending = self._pending.get(stream.unsent.popleft())
-                if pending is None:  # nobody waits for it any more
-                    continue
-                request = pending.request
-                request.answered = next(iter(self._pending)) - 1
-                request.also_answered[:] = [number for number in self._answered if number > request.answered]
-                self._answered.clear()
-            yield request
+                if pending is not None:  # otherwise nobody waits for it any more
+                    break
+            request = pending.request
+            request.answered = next(iter(self._pending)) - 1
+            request.also_answered[:] = [number for number in self._answered if number > request.answered]
+            self._answered.clear()
+        return request
 
     def _take(self, reply: tessera_pb2.Reply) -> None:
         with self._lock:

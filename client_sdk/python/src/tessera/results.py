@@ -161,7 +161,8 @@ class _Rows:
         """The rows of these ids only, in this order. KeyError if there is none of one."""
         wanted = np.array(id_list(ids), dtype=np.uint64)
         rows = np.searchsorted(self.ids, wanted)
-        is_there = np.append(self.ids, np.uint64(0))[rows] == wanted
+        is_there = rows < len(self.ids)
+        is_there[is_there] = self.ids[rows[is_there]] == wanted[is_there]
         if not is_there.all():
             raise KeyError(int(wanted[~is_there][0]))
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "tick"}
