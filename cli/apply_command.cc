@@ -26,14 +26,15 @@ absl::StatusOr<std::string> read_text(const std::string& file) {
 }  // namespace
 
 void add_apply_command(CLI::App& app, Action& action) {
-  CLI::App& command =
-      add_command(app, "apply",
-                  "Do what a JSON file says, in one message: commands at one tick, whole or not at all, ticks, "
-                  "queries. Prints the answers.",
-                  "echo '{\"commands\": [{\"applyImpulse\": {\"body\": {\"name\": \"crate\"}, \"impulse\": "
-                  "{\"z\": 5}}}], \"queries\": [{\"states\": {\"namePrefix\": \"crate\"}}]}' | tessera apply -");
+  CLI::App& command = add_command(
+      app, "apply",
+      "Do what a JSON file says, in one message: commands at one tick, whole or not at all, ticks, "
+      "queries. Prints the answers.",
+      "echo '{\"commands\": [{\"applyImpulse\": {\"body\": {\"name\": \"crate\"}, \"impulse\": "
+      "{\"z\": 5}}}], \"queries\": [{\"states\": {\"namePrefix\": \"crate\"}}]}' | tessera apply -");
   const auto file = std::make_shared<std::string>();
-  command.add_option("file", *file, "a Request of proto/tessera.proto as JSON; -: standard input")->required();
+  command.add_option("file", *file, "a Request of proto/tessera.proto as JSON; -: standard input")
+      ->required();
   on_cluster(command, action, [file](Client& client, nlohmann::json& data) -> absl::Status {
     const absl::StatusOr<std::string> text = read_text(*file);
     if (!text.ok()) return text.status();

@@ -189,7 +189,8 @@ class Player {
     *request.mutable_commands() = recorded.commands();
     const absl::StatusOr<v1::Reply> reply = cluster_.template call<v1::Request, v1::Reply>(request);
     if (!reply.ok()) {
-      return absl::AbortedError(absl::StrCat("tick ", recorded.tick(), ": commands that were taken when they ",
+      return absl::AbortedError(absl::StrCat("tick ", recorded.tick(),
+                                             ": commands that were taken when they ",
                                              "were recorded are refused: ", reply.status().message()));
     }
     if (reply->applied().tick() != recorded.tick()) {
@@ -207,10 +208,10 @@ class Player {
       const bool other_body = created.bodies() > 0 && created.first_body() != body;
       const bool other_joint = created.joints() > 0 && created.first_joint() != joint;
       if (other_body || other_joint) {
-        return absl::AbortedError(
-            absl::StrCat("tick ", recorded.tick(), ": a new ", other_body ? "body" : "joint", " has the id ",
-                         other_body ? created.first_body() : created.first_joint(), ", and had ",
-                         other_body ? body : joint));
+        return absl::AbortedError(absl::StrCat("tick ", recorded.tick(), ": a new ",
+                                               other_body ? "body" : "joint", " has the id ",
+                                               other_body ? created.first_body() : created.first_joint(),
+                                               ", and had ", other_body ? body : joint));
       }
       body += created.bodies();
       joint += created.joints();
@@ -226,8 +227,8 @@ class Player {
     if (!now.ok()) return now.status();
     const std::string& hash = now->results(0).hash().hash();
     if (hash != recorded) {
-      return absl::AbortedError(absl::StrCat("tick ", tick, ": the world has the hash ", hash,
-                                             ", and had ", recorded, " when it was recorded"));
+      return absl::AbortedError(absl::StrCat("tick ", tick, ": the world has the hash ", hash, ", and had ",
+                                             recorded, " when it was recorded"));
     }
     ++report_.hashes;
     return absl::OkStatus();

@@ -52,16 +52,15 @@ std::vector<v1::RayHits::Hit> hits_of(const Parts& parts,
 }
 
 v1::RayHits result_of(const v1::RayQuery& ray, const Parts& parts, const WorldRegistry& world) {
-  v1::RayHits result =
-      merged(hits_of(parts, &v1::QueryResult::ray), ray.wanted() == v1::RayQuery::ALL,
-             from_proto(ray.origin()), from_proto(ray.direction()), world);
+  v1::RayHits result = merged(hits_of(parts, &v1::QueryResult::ray), ray.wanted() == v1::RayQuery::ALL,
+                              from_proto(ray.origin()), from_proto(ray.direction()), world);
   if (ray.wanted() == v1::RayQuery::ANY) result.clear_hits();
   return result;
 }
 
 v1::RayHits result_of(const v1::SweepQuery& sweep, const Parts& parts, const WorldRegistry& world) {
-  return merged(hits_of(parts, &v1::QueryResult::sweep), /*all=*/false,
-                from_proto(sweep.pose().position()), from_proto(sweep.direction()), world);
+  return merged(hits_of(parts, &v1::QueryResult::sweep), /*all=*/false, from_proto(sweep.pose().position()),
+                from_proto(sweep.direction()), world);
 }
 
 v1::NearBodies result_of(const v1::NearQuery& near, const Parts& parts, const WorldRegistry& world) {
@@ -160,8 +159,8 @@ absl::Status named(const absl::Status& status, int place, const v1::Query& query
 
 }  // namespace
 
-absl::StatusOr<AskedQueries> AskedQueries::checked(const google::protobuf::RepeatedPtrField<v1::Query>& queries,
-                                             const WorldRegistry& world) {
+absl::StatusOr<AskedQueries> AskedQueries::checked(
+    const google::protobuf::RepeatedPtrField<v1::Query>& queries, const WorldRegistry& world) {
   if (queries.size() > kQueriesPerListMax)
     return refused("queries: ", queries.size(), " elements must be at most ", kQueriesPerListMax);
   AskedQueries list;
@@ -241,7 +240,8 @@ void AskedQueries::ask_states(int place, const v1::StatesQuery& query, const Wor
   ask(place, std::move(asked));
 }
 
-void AskedQueries::ask_joint_states(int place, const v1::JointStatesQuery& query, const WorldRegistry& world) {
+void AskedQueries::ask_joint_states(int place, const v1::JointStatesQuery& query,
+                                    const WorldRegistry& world) {
   std::set<JointId> ids;
   for (const std::uint64_t id : query.ids()) ids.insert(JointId{id});
   if (query.ids().empty() || !query.name_prefix().empty()) {

@@ -16,10 +16,10 @@ namespace tessera {
 
 class AskedQueries {
  public:
-  // What the registry knows is answered as of now, with all commands so far. Errors name the element, as those
-  // of checked().
+  // What the registry knows is answered as of now, with all commands so far. Errors name the element, as
+  // those of checked().
   static absl::StatusOr<AskedQueries> checked(const google::protobuf::RepeatedPtrField<v1::Query>& queries,
-                                           const WorldRegistry& world);
+                                              const WorldRegistry& world);
 
   // What servers are asked; none may be.
   const v1::Queries& asked() const { return asked_; }

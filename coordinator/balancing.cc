@@ -137,7 +137,7 @@ void Balancing::ask() {
 
 v1::Question Balancing::load_question(Questions::LoadReply reply) {
   return world_.questions.load(std::chrono::duration<double>(context_.options.balance_ahead).count(),
-                             std::move(reply));
+                               std::move(reply));
 }
 
 void Balancing::set_map(const BalancePlan& plan) {
@@ -196,7 +196,7 @@ void Balancing::answer(ClientCall<v1::BalanceRequest, v1::BalanceReply>& call) {
   // The world calls this, so it exists, and this with it.
   world_.sequencer.ask(
       load_question([this, policy, dry_run = call.request.dry_run(), reply = std::move(call.reply)](
-                     const absl::Status& status, Tick tick, std::vector<v1::ServerLoad> messages) {
+                        const absl::Status& status, Tick tick, std::vector<v1::ServerLoad> messages) {
         if (!status.ok()) return reply(status, {});
         const absl::StatusOr<std::vector<ServerLoad>> loads = checked(messages);
         if (!loads.ok()) return reply(loads.status(), {});

@@ -21,21 +21,22 @@ struct GivenCommands {
   v1::Applied applied;
 };
 
-// Carries out a list, which takes effect at tick `at`, on the registry; the caller keeps that, or rolls it back.
-// Errors name the element, and leave the registry to be rolled back: NOT_FOUND for a body or joint that does not
-// exist, INVALID_ARGUMENT for a value that is out of bounds or does not suit the kind of body, ALREADY_EXISTS
-// for a name in use, OUT_OF_RANGE for a position outside the 64-bit range of sectors, RESOURCE_EXHAUSTED where
-// the world would have more than it may, FAILED_PRECONDITION for a teleport of a body that joints hold.
-absl::StatusOr<GivenCommands> give(
-    const google::protobuf::RepeatedPtrField<v1::Command>& list, WorldRegistry& registry, Tick at,
-    std::size_t shape_bytes_max = std::numeric_limits<std::size_t>::max());
+// Carries out a list, which takes effect at tick `at`, on the registry; the caller keeps that, or rolls it
+// back. Errors name the element, and leave the registry to be rolled back: NOT_FOUND for a body or joint that
+// does not exist, INVALID_ARGUMENT for a value that is out of bounds or does not suit the kind of body,
+// ALREADY_EXISTS for a name in use, OUT_OF_RANGE for a position outside the 64-bit range of sectors,
+// RESOURCE_EXHAUSTED where the world would have more than it may, FAILED_PRECONDITION for a teleport of a
+// body that joints hold.
+absl::StatusOr<GivenCommands> give(const google::protobuf::RepeatedPtrField<v1::Command>& list,
+                                   WorldRegistry& registry, Tick at,
+                                   std::size_t shape_bytes_max = std::numeric_limits<std::size_t>::max());
 
 // The list as it is recorded before it is given; with the ids that come next.
 v1::RecordedCommands recorded_commands(const google::protobuf::RepeatedPtrField<v1::Command>& list,
                                        const WorldRegistry& registry, Tick at);
 
-// A list of a recording, or of a store, in a world that has it from now on. Errors as those of give(); INTERNAL
-// where the ids that come next are others than in the recording.
+// A list of a recording, or of a store, in a world that has it from now on. Errors as those of give();
+// INTERNAL where the ids that come next are others than in the recording.
 absl::StatusOr<GivenCommands> give_again(const v1::RecordedCommands& recorded, WorldRegistry& registry);
 
 }  // namespace tessera

@@ -57,12 +57,14 @@ struct RestoreChunks {
 };
 using SnapshotChunks = std::vector<v1::SnapshotChunk>;
 
-using ClientRequest = std::variant<
-    ClientCall<v1::SnapshotRequest, SnapshotChunks>, ClientCall<RestoreChunks, v1::LoadReply>,
-    ClientCall<v1::LoadRequest, v1::LoadReply>, ClientCall<v1::UnloadRequest, v1::UnloadReply>,
-    ClientCall<v1::Request, v1::Reply>, ClientCall<v1::PauseRequest, v1::PauseReply>,
-    ClientCall<v1::ResumeRequest, v1::ResumeReply>, ClientCall<v1::StatusRequest, v1::StatusReply>, ClientCall<v1::DrainRequest, v1::DrainReply>,
-    ClientCall<v1::BalanceRequest, v1::BalanceReply>, ClientCall<v1::ShutdownRequest, v1::ShutdownReply>>;
+using ClientRequest =
+    std::variant<ClientCall<v1::SnapshotRequest, SnapshotChunks>, ClientCall<RestoreChunks, v1::LoadReply>,
+                 ClientCall<v1::LoadRequest, v1::LoadReply>, ClientCall<v1::UnloadRequest, v1::UnloadReply>,
+                 ClientCall<v1::Request, v1::Reply>, ClientCall<v1::PauseRequest, v1::PauseReply>,
+                 ClientCall<v1::ResumeRequest, v1::ResumeReply>,
+                 ClientCall<v1::StatusRequest, v1::StatusReply>, ClientCall<v1::DrainRequest, v1::DrainReply>,
+                 ClientCall<v1::BalanceRequest, v1::BalanceReply>,
+                 ClientCall<v1::ShutdownRequest, v1::ShutdownReply>>;
 
 struct OutgoingMessage {
   NodeId to;

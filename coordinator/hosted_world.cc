@@ -176,8 +176,7 @@ absl::Status HostedWorld::set_back() {
   world_.statistics.restart(nodes);
   const absl::Status sorry =
       absl::UnavailableError("the world was set back, for its servers have changed: ask again");
-  for (v1::Question& question : world_.questions.restart(sorry))
-    world_.sequencer.ask(std::move(question));
+  for (v1::Question& question : world_.questions.restart(sorry)) world_.sequencer.ask(std::move(question));
   if (nodes.empty()) {
     context_.log(absl::StrCat("the world '", world_.name, "' waits for a server of ",
                               context_.choice.described(world_.settings.precision)),

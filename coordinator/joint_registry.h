@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "command.pb.h"
 #include "coordinator/undo.h"
 #include "lpss/model/joint.h"
 #include "lpss/model/world_description.h"
 #include "lpss/snapshot/world_catalogue.h"
-#include "command.pb.h"
 
 namespace tessera {
 

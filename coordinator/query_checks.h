@@ -8,9 +8,9 @@
 
 namespace tessera {
 
-// Places are canonical, directions have unit length, masks are not 0, a point is a tiny ball, and bodies to pass
-// through are given by their ids, ascending; those that do not exist are left out. INVALID_ARGUMENT with the
-// field and the bound; OUT_OF_RANGE for places outside the 64-bit range of sectors.
+// Places are canonical, directions have unit length, masks are not 0, a point is a tiny ball, and bodies to
+// pass through are given by their ids, ascending; those that do not exist are left out. INVALID_ARGUMENT with
+// the field and the bound; OUT_OF_RANGE for places outside the 64-bit range of sectors.
 absl::StatusOr<v1::RayQuery> checked(const v1::RayQuery& query, const WorldRegistry& world);
 absl::StatusOr<v1::SweepQuery> checked(const v1::SweepQuery& query, const WorldRegistry& world);
 absl::StatusOr<v1::NearQuery> checked(const v1::NearQuery& query, const WorldRegistry& world);

@@ -1,8 +1,7 @@
-#include "coordinator/queries.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "coordinator/queries.h"
 #include "coordinator/test_cluster.h"
 
 namespace tessera {

@@ -9,7 +9,8 @@
 
 namespace tessera {
 
-// Makes the call report the world that it loads to `record` once it is answered with OK. Other calls load none.
+// Makes the call report the world that it loads to `record` once it is answered with OK. Other calls load
+// none.
 template <typename Request, typename Answer>
 void record_on_reply(ClientCall<Request, Answer>&, const InputSink&) {}
 

@@ -72,8 +72,8 @@ class Sequencer {
   // Takes checked commands, with the shapes that they add: they take effect together, at next_command_tick().
   void submit(std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes);
 
-  // Asks a question that is answered after all ticks that are certain, but not before the end of tick `after`,
-  // as long as the world goes on up to that.
+  // Asks a question that is answered after all ticks that are certain, but not before the end of tick
+  // `after`, as long as the world goes on up to that.
   void ask(v1::Question question, Tick after = 0);
 
   // Asks one that is answered before any further tick is granted: held() has all that is to come.

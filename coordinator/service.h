@@ -18,7 +18,8 @@ namespace tessera {
 // its request still takes effect.
 class TesseraService final : public v1::Tessera::CallbackService {
  public:
-  // `queue` must outlive the server that this is registered with. `tokens`: those who may call; none: everybody.
+  // `queue` must outlive the server that this is registered with. `tokens`: those who may call; none:
+  // everybody.
   TesseraService(RequestQueue& queue, std::optional<Tokens> tokens)
       : queue_(queue), tokens_(std::move(tokens)) {}
 

@@ -150,9 +150,9 @@ absl::Status may_request(const v1::Request& request, const std::optional<Tokens>
   const std::optional<ClientRole> role =
       tokens->role_of_call(context.client_metadata(), *context.auth_context());
   if (role >= ClientRole::kControl) return absl::OkStatus();
-  return absl::PermissionDeniedError(
-      absl::StrCat("the role ", role ? name_of(*role) : "of nobody", " may not change a world: it needs ",
-                   name_of(ClientRole::kControl)));
+  return absl::PermissionDeniedError(absl::StrCat("the role ", role ? name_of(*role) : "of nobody",
+                                                  " may not change a world: it needs ",
+                                                  name_of(ClientRole::kControl)));
 }
 
 grpc::ServerBidiReactor<v1::Request, v1::Reply>* start_session(RequestQueue& queue,

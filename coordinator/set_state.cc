@@ -133,8 +133,7 @@ class PlacedBodies {
 }  // namespace
 
 absl::StatusOr<std::vector<Command>> checked(const v1::SetState& command, const WorldRegistry& world) {
-  if (command.bodies().empty() && command.joints().empty())
-    return refused("it must name a body or a joint");
+  if (command.bodies().empty() && command.joints().empty()) return refused("it must name a body or a joint");
   PlacedBodies placed(world);
   for (const v1::SetState::OfBody& body : command.bodies()) {
     if (absl::Status status = placed.place(body); !status.ok()) return status;

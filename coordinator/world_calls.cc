@@ -137,7 +137,8 @@ void WorldCalls::on(Call<v1::Request, v1::Reply>& call, std::optional<v1::Applie
   if (plan->queries.asked().all().empty()) {
     pending->take(plan->queries);
   } else {
-    world_.sequencer.ask(world_.questions.queries(std::move(plan->queries), pending->wait_for_results()), after);
+    world_.sequencer.ask(world_.questions.queries(std::move(plan->queries), pending->wait_for_results()),
+                         after);
   }
   pending->done();
 }

@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "coordinator/active_world.h"
+#include "coordinator/asked_queries.h"
 #include "coordinator/command_list.h"
 #include "coordinator/context.h"
 #include "coordinator/coordinator.h"
-#include "coordinator/asked_queries.h"
 
 namespace tessera {
 
@@ -22,8 +22,8 @@ class WorldCalls {
   WorldCalls(const CoordinatorContext& context, ActiveWorld& world, Nanoseconds now)
       : context_(context), world_(world), now_(now) {}
 
-  // Its commands are checked, carried out on the registry, sequenced and added to the journal; but not where they
-  // were `carried_out` before, of a request that is made again.
+  // Its commands are checked, carried out on the registry, sequenced and added to the journal; but not where
+  // they were `carried_out` before, of a request that is made again.
   void on(Call<v1::Request, v1::Reply>& call, std::optional<v1::Applied> carried_out);
 
   void on(Call<v1::PauseRequest, v1::PauseReply>& call);

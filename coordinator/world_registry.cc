@@ -182,10 +182,10 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::Spawn& spa
   if (absl::Status status = joints_.room(spawn.model().joints_size()); !status.ok()) return status;
   const BodyId first{next_id_.value};
   const JointId first_joint = joints_.next_id();
-  absl::StatusOr<WorldDescription> model = placed_model(
-      spawn, settings_, kSpawnedAssemblies + first.value,
-      {[&](std::size_t n) { return name_for(BodyId{first.value + n}); },
-       [&](std::size_t n) { return joints_.free_name(JointId{first_joint.value + n}); }});
+  absl::StatusOr<WorldDescription> model =
+      placed_model(spawn, settings_, kSpawnedAssemblies + first.value,
+                   {[&](std::size_t n) { return name_for(BodyId{first.value + n}); },
+                    [&](std::size_t n) { return joints_.free_name(JointId{first_joint.value + n}); }});
   if (!model.ok()) return model.status();
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(*model);
   if (!records.ok()) return records.status();

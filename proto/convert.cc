@@ -144,18 +144,6 @@ absl::StatusOr<Geometry> geometry(const v1::Geometry& from) {
   return refused("geometry must be set to a known kind");
 }
 
-v1::Motion motion_to_proto(Motion motion) {
-  switch (motion) {
-    case Motion::kStatic:
-      return v1::MOTION_STATIC;
-    case Motion::kKinematic:
-      return v1::MOTION_KINEMATIC;
-    case Motion::kDynamic:
-      break;
-  }
-  return v1::MOTION_DYNAMIC;
-}
-
 Eigen::Vector3d vector(const std::array<double, 3>& v) { return Eigen::Vector3d(v.data()); }
 std::array<double, 3> array(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -249,7 +237,7 @@ v1::Shape to_proto(const Shape& shape) {
 
 v1::BodyProperties to_proto(const BodyProperties& properties) {
   v1::BodyProperties result;
-  result.set_motion(motion_to_proto(properties.motion));
+  result.set_motion(to_proto(properties.motion));
   result.set_shape(properties.shape);
   result.set_mass(properties.mass);
   *result.mutable_inertia() = to_proto(vector(properties.inertia));
@@ -445,6 +433,18 @@ absl::StatusOr<WorldDescription> from_proto(const v1::World& world) {
     result.frames.push_back({from.name(), from.body() - 1, from_proto(from.pose())});
   }
   return result;
+}
+
+v1::Motion to_proto(Motion motion) {
+  switch (motion) {
+    case Motion::kStatic:
+      return v1::MOTION_STATIC;
+    case Motion::kKinematic:
+      return v1::MOTION_KINEMATIC;
+    case Motion::kDynamic:
+      break;
+  }
+  return v1::MOTION_DYNAMIC;
 }
 
 absl::StatusOr<Motion> from_proto(v1::Motion motion) {

@@ -52,6 +52,7 @@ absl::StatusOr<JointDescription> from_proto(const v1::Joint& joint);
 Divergence from_proto(const v1::Divergence& divergence);
 absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& settings);
 absl::StatusOr<WorldDescription> from_proto(const v1::World& world);
+v1::Motion to_proto(Motion motion);
 absl::StatusOr<Motion> from_proto(v1::Motion motion);
 absl::StatusOr<Precision> from_proto(v1::Precision precision);
 

@@ -51,7 +51,8 @@ std::optional<GrantQueue::GrantedTick> GrantQueue::take_tick() {
 std::optional<v1::Question> GrantQueue::take_question() {
   invariant(grant_ && ticks_left_ == 0, "questions come after the ticks of their grant");
   std::optional<v1::Question> question;
-  if (next_question_ < grant_->questions_size()) question = std::move(*grant_->mutable_questions(next_question_++));
+  if (next_question_ < grant_->questions_size())
+    question = std::move(*grant_->mutable_questions(next_question_++));
   if (next_question_ == grant_->questions_size()) grant_.reset();
   return question;
 }

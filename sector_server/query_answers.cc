@@ -13,7 +13,6 @@
 #include "lpss/observe/load.h"
 #include "lpss/observe/queries.h"
 #include "lpss/observe/state.h"
-#include "lpss/partition/statics.h"
 #include "proto/body_columns.h"
 #include "proto/convert.h"
 #include "proto/snapshot.h"
@@ -151,7 +150,6 @@ BodyRow row_of(const BodyRecord& body, double sector_size) {
           Eigen::Vector3d(state.angular_velocity.data()), state.activity == Activity::kAsleep};
 }
 
-// All servers know a static body: the one that hosts its sector tells of it.
 void write_states(const Partition& partition, const v1::StatesQuery& query, v1::BodyColumns& result) {
   ColumnWriter writer(result);
   const double size = partition.sector_size();
@@ -159,13 +157,10 @@ void write_states(const Partition& partition, const v1::StatesQuery& query, v1::
     for_each_body(partition, [&](const BodyRecord& body) { writer.add(row_of(body, size)); });
     return;
   }
-  for (const std::uint64_t id : query.ids()) {
-    if (const BodyRecord* fixed = partition.statics.find(BodyId{id})) {
-      if (partition.hosts(fixed->home)) writer.add(row_of(*fixed, size));
-    } else if (const std::optional<BodyRecord> body = body_of(partition, BodyId{id})) {
-      writer.add(row_of(*body, size));
-    }
-  }
+  std::vector<BodyId> ids;
+  ids.reserve(static_cast<std::size_t>(query.ids_size()));
+  for (const std::uint64_t id : query.ids()) ids.push_back(BodyId{id});
+  for (const BodyRecord& body : bodies_of(partition, ids)) writer.add(row_of(body, size));
 }
 
 void write_part(Partition& partition, Queries& queries, const v1::Query& query, v1::PartialResult& part) {
@@ -229,7 +224,8 @@ void QueryAnswers::answer(const v1::Question& question, Tick tick, bool with_sha
 }
 
 // In answers of about the size of a chunk.
-void QueryAnswers::answer_with_snapshot(const v1::SnapshotQuery& query, v1::ClusterMessage answer, bool with_shared) {
+void QueryAnswers::answer_with_snapshot(const v1::SnapshotQuery& query, v1::ClusterMessage answer,
+                                        bool with_shared) {
   std::vector<v1::ClusterMessage> answers;
   std::size_t room = 0;
   const auto take = [&](v1::SnapshotChunk chunk) {

@@ -155,9 +155,10 @@ absl::Status check_stored(const std::vector<SimulatedCluster::Told>& told,
   }
   for (const SimulatedCluster::Told& request : told) {
     const auto found = all.find({request.id.session, request.id.number});
-    const bool is_there = found != all.end() && found->second->tick() == request.tick &&
-                          std::ranges::equal(found->second->commands(), request.request.commands(), {},
-                                             &v1::Command::SerializeAsString, &v1::Command::SerializeAsString);
+    const bool is_there =
+        found != all.end() && found->second->tick() == request.tick &&
+        std::ranges::equal(found->second->commands(), request.request.commands(), {},
+                           &v1::Command::SerializeAsString, &v1::Command::SerializeAsString);
     if (!is_there) {
       return absl::AbortedError(absl::StrCat("request ", request.id.number, " was acknowledged for tick ",
                                              request.tick, " and is not stored so"));

@@ -226,8 +226,7 @@ SimulatedCluster::Pending<Answer> SimulatedCluster::post(Request request, Reques
   if constexpr (std::same_as<Request, v1::Request>) {
     call->reply = [this, id, request = call->request, reply = std::move(call->reply)](
                       const absl::Status& status, const v1::Reply& answer) {
-      if (status.ok() && !request.commands().empty())
-        told_.push_back({id, answer.applied().tick(), request});
+      if (status.ok() && !request.commands().empty()) told_.push_back({id, answer.applied().tick(), request});
       reply(status, answer);
     };
   }

@@ -54,9 +54,9 @@ absl::Status Workload::give_next(SimulatedCluster& cluster) {
 
 void Workload::add_command(v1::Request& request) {
   using Add = void (Workload::*)(v1::Request&);
-  static constexpr Add kOnBodies[] = {&Workload::push,        &Workload::set_velocity,  &Workload::apply_force,
-                                      &Workload::teleport,    &Workload::remove_body,   &Workload::burst,
-                                      &Workload::set_properties};
+  static constexpr Add kOnBodies[] = {
+      &Workload::push,        &Workload::set_velocity, &Workload::apply_force,   &Workload::teleport,
+      &Workload::remove_body, &Workload::burst,        &Workload::set_properties};
   constexpr std::uint64_t kKinds = std::size(kOnBodies) + 5;
   const std::uint64_t kind = dice_.below(kKinds);
   if (kind < std::size(kOnBodies) && !dynamic_.empty()) return (this->*kOnBodies[kind])(request);

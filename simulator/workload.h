@@ -1,5 +1,5 @@
-// Random requests of a client, drawn from a seed: bodies are spawned, removed, pushed, moved, changed and joined, one
-// by one and in lists.
+// Random requests of a client, drawn from a seed: bodies are spawned, removed, pushed, moved, changed and
+// joined, one by one and in lists.
 #pragma once
 
 #include <absl/status/status.h>
@@ -18,8 +18,8 @@ class Workload {
   // For a loaded world that nobody else changes.
   Workload(std::uint64_t seed, const WorldDescription& world);
 
-  // Makes one request and waits for the answer; some are made twice, and some again when the coordinator is lost, as
-  // clients do. Errors are the cluster's: every request is valid.
+  // Makes one request and waits for the answer; some are made twice, and some again when the coordinator is
+  // lost, as clients do. Errors are the cluster's: every request is valid.
   absl::Status give_next(SimulatedCluster& cluster);
 
   // Those that were taken.

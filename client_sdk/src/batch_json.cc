@@ -11,8 +11,7 @@ namespace tessera {
 
 absl::StatusOr<Batch> batch_from_json(std::string_view json) {
   v1::Request request;
-  const auto status =
-      google::protobuf::util::JsonStringToMessage({json.data(), json.size()}, &request);
+  const auto status = google::protobuf::util::JsonStringToMessage({json.data(), json.size()}, &request);
   if (!status.ok()) {
     return absl::InvalidArgumentError(
         absl::StrCat("not a request of commands, ticks and queries: ", std::string(status.message())));

@@ -139,6 +139,32 @@ CommandList& CommandList::set_surface_motion(const BodyName& body, const Eigen::
   return *this;
 }
 
+CommandList& CommandList::set_properties(const BodyName& body, const ChangedProperties& properties) {
+  v1::SetProperties& command = *request_->add_commands()->mutable_set_properties();
+  *command.mutable_body() = reference_to(body);
+  if (properties.motion) command.set_motion(to_proto(*properties.motion));
+  if (properties.mass) command.set_mass(*properties.mass);
+  if (properties.inertia) *command.mutable_inertia() = to_proto(*properties.inertia);
+  if (properties.friction) command.set_friction(*properties.friction);
+  if (properties.restitution) command.set_restitution(*properties.restitution);
+  if (properties.linear_damping) command.set_linear_damping(*properties.linear_damping);
+  if (properties.angular_damping) command.set_angular_damping(*properties.angular_damping);
+  if (properties.category) command.set_category(*properties.category);
+  if (properties.mask) command.set_mask(*properties.mask);
+  if (properties.gravity) command.set_gravity(*properties.gravity);
+  return *this;
+}
+
+CommandList& CommandList::apply_radial_impulse(const WorldPosition& centre, double radius, double impulse,
+                                               std::uint32_t mask) {
+  v1::ApplyRadialImpulse& command = *request_->add_commands()->mutable_apply_radial_impulse();
+  *command.mutable_centre() = to_proto(centre);
+  command.set_radius(radius);
+  command.set_impulse(impulse);
+  command.set_mask(mask);
+  return *this;
+}
+
 CommandList& CommandList::add_joint(const NewJoint& joint) {
   JointDescription description = joint.joint;
   description.properties.parent = {};

@@ -48,8 +48,8 @@ std::uint64_t RequestSession::enqueue(v1::Request request, Done done) {
   return number;
 }
 
-// All that have not been written to the stream, in their order. For whoever holds `writing_`: the stream stays
-// meanwhile. The one that reads finds out where this fails.
+// All that have not been written to the stream, in their order. For whoever holds `writing_`: the stream
+// stays meanwhile. The one that reads finds out where this fails.
 void RequestSession::send_all() {
   for (;;) {
     v1::Request request;
@@ -78,12 +78,11 @@ absl::StatusOr<v1::Reply> RequestSession::call(v1::Request request, absl::Durati
     std::optional<absl::StatusOr<v1::Reply>> reply;
   };
   const auto waiting = std::make_shared<Waiting>();
-  const std::uint64_t number =
-      enqueue(std::move(request), [waiting](absl::StatusOr<v1::Reply> reply) {
-        const std::lock_guard lock(waiting->mutex);
-        waiting->reply = std::move(reply);
-        waiting->changed.notify_one();
-      });
+  const std::uint64_t number = enqueue(std::move(request), [waiting](absl::StatusOr<v1::Reply> reply) {
+    const std::lock_guard lock(waiting->mutex);
+    waiting->reply = std::move(reply);
+    waiting->changed.notify_one();
+  });
   std::unique_lock lock(waiting->mutex);
   const auto is_there = [&] { return waiting->reply.has_value(); };
   if (timeout == absl::InfiniteDuration()) {

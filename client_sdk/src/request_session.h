@@ -21,8 +21,8 @@
 
 namespace tessera {
 
-// Requests are numbered as they are sent. Where the stream is lost, those without a reply are made again, under
-// the same numbers, to whoever leads then. Safe to use from any thread.
+// Requests are numbered as they are sent. Where the stream is lost, those without a reply are made again,
+// under the same numbers, to whoever leads then. Safe to use from any thread.
 class RequestSession {
  public:
   using Done = std::function<void(absl::StatusOr<v1::Reply>)>;
@@ -31,9 +31,9 @@ class RequestSession {
   // What waits for a reply gets CANCELLED.
   ~RequestSession();
 
-  // Waits while kWindow requests have no reply, or the coordinator does not keep up; and sends. `done` is called
-  // once, on a thread of this object, which it must not hold up: with the reply, or an error: that of the reply,
-  // or UNAVAILABLE where nobody was there to take the request again.
+  // Waits while kWindow requests have no reply, or the coordinator does not keep up; and sends. `done` is
+  // called once, on a thread of this object, which it must not hold up: with the reply, or an error: that of
+  // the reply, or UNAVAILABLE where nobody was there to take the request again.
   void send(v1::Request request, Done done);
 
   // DEADLINE_EXCEEDED: no reply in time; the request may take effect nevertheless.
@@ -64,9 +64,9 @@ class RequestSession {
   std::condition_variable changed_;
   std::map<std::uint64_t, Pending> pending_;  // by number
   std::uint64_t last_number_ = 0;
-  std::uint64_t written_ = 0;             // on the present stream, up to this number
-  std::vector<std::uint64_t> answered_;   // out of order, since the last request
-  Stream* stream_ = nullptr;              // the present one
+  std::uint64_t written_ = 0;               // on the present stream, up to this number
+  std::vector<std::uint64_t> answered_;     // out of order, since the last request
+  Stream* stream_ = nullptr;                // the present one
   grpc::ClientContext* context_ = nullptr;  // of it
   bool has_replied_ = false;                // the coordinator, on it
   bool is_closing_ = false;

@@ -128,9 +128,19 @@ class ClientFigures {
   }
 
   absl::Status commands(const WorldDescription& world) {
-    if (absl::Status status = load(world, /*runs=*/true); !status.ok()) return status;
+    if (absl::Status loaded = load(world, /*runs=*/true); !loaded.ok()) return loaded;
+    Figures effect;
+    absl::Status status = repeat(time_, effect, [&, n = std::uint64_t{0}]() mutable -> absl::Status {
+      const absl::StatusOr<Answers> given = client().run(velocities(n, 1));
+      if (!given.ok()) return given.status();
+      QueryList seen;
+      seen.states({character(n++)});
+      return client().ask(seen).status();
+    });
+    if (!status.ok()) return status;
+    add("command to effect", 1, 1, std::move(effect));
     Figures one_by_one;
-    absl::Status status = repeat(time_, one_by_one, [&, n = std::uint64_t{0}]() mutable {
+    status = repeat(time_, one_by_one, [&, n = std::uint64_t{0}]() mutable {
       return client().run(velocities(n++, 1)).status();
     });
     if (!status.ok()) return status;
@@ -142,16 +152,6 @@ class ClientFigures {
         add("commands on a stream", clients, static_cast<std::uint64_t>(list), *std::move(streamed));
       }
     }
-    Figures effect;
-    status = repeat(time_, effect, [&, n = std::uint64_t{0}]() mutable -> absl::Status {
-      const absl::StatusOr<Answers> given = client().run(velocities(n, 1));
-      if (!given.ok()) return given.status();
-      QueryList seen;
-      seen.states({character(n++)});
-      return client().ask(seen).status();
-    });
-    if (!status.ok()) return status;
-    add("command to effect", 1, 1, std::move(effect));
     return absl::OkStatus();
   }
 

@@ -63,17 +63,31 @@ struct TargetPose {
 // A body that CommandList::set_state() places.
 struct PlacedBody {
   BodyName body;
-  WorldPose pose;                                              // of the body frame
-  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();   // of the centre of mass
+  WorldPose pose;                                             // of the body frame
+  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();  // of the centre of mass
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
 };
 
 // A joint whose child CommandList::set_state() places. Positions and rates by axis, rad or m.
 struct PlacedJoint {
   JointName joint;
-  std::vector<double> positions;  // missing ones are 0
-  std::vector<double> rates;      // likewise
+  std::vector<double> positions;                                 // missing ones are 0
+  std::vector<double> rates;                                     // likewise
   std::optional<Eigen::Quaterniond> orientation = std::nullopt;  // of a ball joint
+};
+
+// What may change of a body while the world runs; the motion between dynamic and kinematic.
+struct ChangedProperties {
+  std::optional<Motion> motion = std::nullopt;
+  std::optional<double> mass = std::nullopt;
+  std::optional<Eigen::Vector3d> inertia = std::nullopt;  // principal moments, kg m^2
+  std::optional<double> friction = std::nullopt;
+  std::optional<double> restitution = std::nullopt;
+  std::optional<double> linear_damping = std::nullopt;
+  std::optional<double> angular_damping = std::nullopt;
+  std::optional<std::uint32_t> category = std::nullopt;
+  std::optional<std::uint32_t> mask = std::nullopt;
+  std::optional<bool> gravity = std::nullopt;
 };
 
 // Commands that take effect together, at the beginning of one tick, in their order; or none of them does.
@@ -123,6 +137,14 @@ class CommandList {
   CommandList& set_surface_motion(const BodyName& body, const Eigen::Vector3d& velocity,
                                   const Eigen::Vector3d& running = Eigen::Vector3d::Zero());
 
+  // What is not given stays as it is: see ChangedProperties.
+  CommandList& set_properties(const BodyName& body, const ChangedProperties& properties);
+  // Pushes every dynamic body whose centre of mass is nearer than `radius` (m, up to 4 sectors), away from
+  // `centre`: with `impulse` (N s; less than 0 pulls) there, and evenly less down to none at the radius.
+  // `mask`: collision categories that count; 0: all.
+  CommandList& apply_radial_impulse(const WorldPosition& centre, double radius, double impulse,
+                                    std::uint32_t mask = 0);
+
   CommandList& add_joint(const NewJoint& joint);
   CommandList& remove_joint(const JointName& joint);
   // `axis` is 1, or 2 of a universal joint; the other one keeps its drive.
@@ -149,8 +171,6 @@ struct Applied {
   Tick tick = 0;                 // at whose beginning the commands take effect
   std::vector<Created> created;  // by commands that made something
 };
-
-enum class RayWanted { kFirst, kAll, kAny };
 
 struct RayQuery {
   WorldPosition origin;
@@ -240,8 +260,8 @@ struct QueryPlace {
   int place = 0;
 };
 
-// Queries that are answered at the end of one tick, over any number of sectors and servers. What is found by name
-// is told as of all commands that have been accepted.
+// Queries that are answered at the end of one tick, over any number of sectors and servers. What is found by
+// name is told as of all commands that have been accepted.
 class QueryList {
  public:
   QueryList();
@@ -278,8 +298,8 @@ class QueryList {
   std::unique_ptr<v1::Request> request_;  // with these queries alone
 };
 
-// In this order. All of it is checked first: where anything is wrong, nothing is done, and the error names the
-// element.
+// In this order. All of it is checked first: where anything is wrong, nothing is done, and the error names
+// the element.
 struct Batch {
   CommandList commands;
   std::uint64_t ticks = 0;  // of a world that is paused

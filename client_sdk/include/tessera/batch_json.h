@@ -1,4 +1,5 @@
-// Batches and their answers as JSON: the messages Request and Reply of proto/tessera.proto in protobuf's JSON form.
+// Batches and their answers as JSON: the messages Request and Reply of proto/tessera.proto in protobuf's JSON
+// form.
 //
 //   {"commands": [{"setVelocity": {"body": {"name": "cart"}, "linear": {"x": 1}}}],
 //    "queries": [{"ray": {"origin": {"local": {"z": 10}}, "direction": {"z": -1}, "length": 20}}]}

@@ -197,13 +197,13 @@ class Client {
   // --- commands, ticks and queries ---
 
   // Does all of the batch in its order; with queries, one message there and back. Commands are accepted, and
-  // stored, when it returns: they take effect at the tick that the answers name. A request whose connection is
-  // lost is made again, to whoever leads then, and carried out once.
+  // stored, when it returns: they take effect at the tick that the answers name. A request whose connection
+  // is lost is made again, to whoever leads then, and carried out once.
   absl::StatusOr<Answers> run(const Batch& batch, absl::Duration timeout = absl::InfiniteDuration());
 
-  // Likewise, without waiting for the answers: thousands a second. They take effect in the order in which they
-  // are sent. Waits where more than 1024 have no answer, or the coordinator does not keep up. `done` gets the
-  // answers, on a thread of the client, and must not wait there.
+  // Likewise, without waiting for the answers: thousands a second. They take effect in the order in which
+  // they are sent. Waits where more than 1024 have no answer, or the coordinator does not keep up. `done`
+  // gets the answers, on a thread of the client, and must not wait there.
   void send(const Batch& batch, std::function<void(absl::StatusOr<Answers>)> done);
 
   absl::StatusOr<Applied> apply(const CommandList& commands, absl::Duration timeout = kCallTimeout);
