@@ -35,12 +35,12 @@ class CoordinatorBalanceTest : public ::testing::Test {
   void work(NodeId node) {
     for (const v1::Grant& grant : cluster_->work(node)) {
       if (grant.has_map()) maps_[node].push_back(grant);
-      for (const v1::Query& query : grant.queries()) {
-        if (!query.has_load()) continue;
+      for (const v1::Question& question : grant.questions()) {
+        if (!question.has_load()) continue;
         v1::ClusterMessage message;
         v1::Answer& answer = *message.mutable_answer();
         answer.set_world(grant.world());
-        answer.set_query(query.id());
+        answer.set_question(question.id());
         answer.set_tick(cluster_->tick[node]);
         v1::ServerLoad& load = *answer.mutable_load();
         if (node == kFirst) {

@@ -45,14 +45,14 @@ class CoordinatorCheckpointsTest : public ::testing::Test {
     }
     if (grant.ticks() > 0) cluster_->report(node, grant.world(), cluster_->tick[node], std::move(reports));
     int asked = 0;
-    for (const v1::Query& query : grant.queries()) {
-      if (!query.has_snapshot()) continue;
+    for (const v1::Question& question : grant.questions()) {
+      if (!question.has_snapshot()) continue;
       ++asked;
-      anew_ += query.snapshot().anew() ? 1 : 0;
-      EXPECT_TRUE(query.snapshot().keeps());
+      anew_ += question.snapshot().anew() ? 1 : 0;
+      EXPECT_TRUE(question.snapshot().keeps());
       v1::ClusterMessage message;
       message.mutable_answer()->set_world(grant.world());
-      message.mutable_answer()->set_query(query.id());
+      message.mutable_answer()->set_question(question.id());
       message.mutable_answer()->set_tick(cluster_->tick[node]);
       message.mutable_answer()->set_parts(1);
       cluster_->receive(node, message);

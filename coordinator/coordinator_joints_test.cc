@@ -11,46 +11,20 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-v1::AddJointRequest hinge(const std::string& name, const std::string& parent, const std::string& child) {
-  v1::AddJointRequest request;
-  request.mutable_joint()->set_name(name);
-  request.mutable_joint()->mutable_properties()->set_type(v1::JOINT_REVOLUTE);
-  if (!parent.empty()) request.mutable_parent()->set_name(parent);
-  if (!child.empty()) request.mutable_child()->set_name(child);
-  return request;
-}
-
-v1::SetJointDrivesRequest drive(const std::string& joint, std::uint32_t axis, v1::JointDrive::Mode mode,
-                                double target) {
-  v1::SetJointDrivesRequest request;
-  request.mutable_joint()->set_name(joint);
-  v1::AxisDrive& given = *request.add_drives();
-  given.set_axis(axis);
-  given.mutable_drive()->set_mode(mode);
-  given.mutable_drive()->set_target(target);
-  return request;
-}
-
-v1::RemoveJointRequest removal(const std::string& name) {
-  v1::RemoveJointRequest request;
-  request.mutable_joint()->set_name(name);
-  return request;
-}
-
 std::vector<std::string> joints(TestCluster& cluster, const std::string& prefix = "") {
-  v1::ListJointsRequest request;
-  request.set_name_prefix(prefix);
-  const auto heard = cluster.ask<v1::ListJointsReply>(request);
-  EXPECT_TRUE(heard->ok()) << heard->message();
   std::vector<std::string> names;
-  for (const auto& found : heard->answer.joints()) names.push_back(found.joint().name());
+  for (const auto& found : cluster.find_joints(prefix).joints()) names.push_back(found.joint().name());
   return names;
 }
 
+// Of the joint that a command has added.
+std::uint64_t added(const HeardReply& heard) {
+  EXPECT_TRUE(heard->ok()) << heard->message();
+  return heard->answer.applied().created_size() == 0 ? 0 : heard->answer.applied().created(0).first_joint();
+}
+
 std::vector<Command> next_commands(TestCluster& cluster) {
-  v1::StepRequest step;
-  step.set_ticks(1);
-  cluster.ask<v1::StepReply>(step);
+  cluster.step(1);
   std::vector<Command> commands;
   for (const v1::Grant& grant : cluster.work(kFirst)) {
     const std::vector<Command> granted = unpack_commands(grant.commands()).value();
@@ -94,7 +68,7 @@ TEST(JointsOfAWorld, GoToTheServersOfTheirBodies) {
   }
   EXPECT_EQ(told, 1u);
   EXPECT_THAT(joints(cluster), ElementsAre("pin"));
-  EXPECT_EQ(cluster.ask<v1::AddJointReply>(hinge("next", "", "ball"))->answer.id(), 2u);
+  EXPECT_EQ(added(cluster.apply(hinge("next", "", "ball"))), 2u);
 }
 
 TEST(JointsOfAWorld, AreCheckedBeforeItIsLoaded) {
@@ -114,62 +88,56 @@ TEST(JointsOfAWorld, AreCheckedBeforeItIsLoaded) {
 TEST(Joints, FollowOthersAsLongAsTheseLast) {
   const auto cluster = loaded_cluster();
   const auto follower = [](std::uint64_t leader, std::uint32_t axis) {
-    v1::AddJointRequest request = hinge("follower", "", "egg");
-    v1::AxisMimic& mimic = *request.mutable_joint()->mutable_properties()->add_axes()->mutable_mimic();
+    v1::Command command = hinge("follower", "", "egg");
+    v1::AxisMimic& mimic =
+        *command.mutable_add_joint()->mutable_joint()->mutable_properties()->add_axes()->mutable_mimic();
     mimic.set_leader(leader);
     mimic.set_axis(axis);
     mimic.set_multiplier(-2);
-    return request;
+    return command;
   };
-  const auto leader = cluster->ask<v1::AddJointReply>(hinge("leader", "", "ball"));
-  const std::uint64_t id = leader->answer.id();
-  const auto missing = cluster->ask<v1::AddJointReply>(follower(id + 7, 1));
+  const std::uint64_t id = added(cluster->apply(hinge("leader", "", "ball")));
+  const auto missing = cluster->apply(follower(id + 7, 1));
   EXPECT_EQ(missing->code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(missing->message(), HasSubstr("joint 'follower': mimic leader"));
-  const auto no_axis = cluster->ask<v1::AddJointReply>(follower(id, 2));
+  const auto no_axis = cluster->apply(follower(id, 2));
   EXPECT_EQ(no_axis->code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(no_axis->message(), HasSubstr("mimic axis = 2 must be 1 to 1"));
-  EXPECT_TRUE(cluster->ask<v1::AddJointReply>(follower(id, 1))->ok());
+  EXPECT_TRUE(cluster->apply(follower(id, 1))->ok());
   const auto leaders = [&] {
-    v1::ListJointsRequest request;
-    request.set_name_prefix("follower");
-    const auto heard = cluster->ask<v1::ListJointsReply>(request);
-    return heard->answer.joints(0).joint().properties().axes(0).mimic().leader();
+    return cluster->find_joints("follower").joints(0).joint().properties().axes(0).mimic().leader();
   };
   EXPECT_EQ(leaders(), id);
-  cluster->ask<v1::CommandReply>(removal("leader"));
+  cluster->apply(removal_of_joint("leader"));
   next_commands(*cluster);
   EXPECT_EQ(leaders(), 0u);
 }
 
 TEST(Joints, ATeleportOfWhatTheyHoldSaysThatItMovesOneBodyAlone) {
   const auto cluster = loaded_cluster();
-  ASSERT_TRUE(cluster->ask<v1::AddJointReply>(hinge("arm", "lift", "egg"))->ok());
+  ASSERT_TRUE(cluster->apply(hinge("arm", "lift", "egg"))->ok());
   for (const std::string held : {"lift", "egg"}) {
-    v1::TeleportRequest request;
-    request.mutable_body()->set_name(held);
-    *request.mutable_pose() = to_proto(WorldPose{});
-    const auto refused = cluster->ask<v1::CommandReply>(request);
+    v1::Command command = teleport(held, {});
+    const auto refused = cluster->apply(command);
     EXPECT_EQ(refused->code(), absl::StatusCode::kFailedPrecondition);
     EXPECT_THAT(refused->message(), HasSubstr("joint \"arm\" holds it"));
-    request.set_alone(true);
-    EXPECT_TRUE(cluster->ask<v1::CommandReply>(request)->ok());
+    command.mutable_teleport()->set_alone(true);
+    EXPECT_TRUE(cluster->apply(command)->ok());
   }
-  v1::TeleportRequest free;
-  free.mutable_body()->set_name("ball");
-  *free.mutable_pose() = to_proto(WorldPose{});
-  EXPECT_TRUE(cluster->ask<v1::CommandReply>(free)->ok());
+  EXPECT_TRUE(cluster->apply(teleport("ball", {}))->ok());
 }
 
 TEST(Joints, AreAddedInCentreFramesAndListedInBodyFrames) {
   const auto cluster = loaded_cluster();
-  v1::AddJointRequest request = hinge("arm", "lift", "egg");
-  *request.mutable_joint()->mutable_properties()->mutable_in_child()->mutable_position() =
-      to_proto(Eigen::Vector3d(1, 0, 0));
-  const auto added = cluster->ask<v1::AddJointReply>(request);
-  ASSERT_TRUE(added->ok()) << added->message();
-  EXPECT_EQ(added->answer.id(), 1u);
-  EXPECT_EQ(added->answer.tick(), 1u);
+  v1::Command command = hinge("arm", "lift", "egg");
+  *command.mutable_add_joint()
+       ->mutable_joint()
+       ->mutable_properties()
+       ->mutable_in_child()
+       ->mutable_position() = to_proto(Eigen::Vector3d(1, 0, 0));
+  const auto heard = cluster->apply(command);
+  EXPECT_EQ(added(heard), 1u);
+  EXPECT_EQ(heard->answer.applied().tick(), 1u);
   const std::vector<Command> commands = next_commands(*cluster);
   ASSERT_EQ(commands.size(), 1u);
   const JointRecord& record = std::get<AddJoint>(commands[0]).record;
@@ -179,9 +147,9 @@ TEST(Joints, AreAddedInCentreFramesAndListedInBodyFrames) {
   EXPECT_EQ(record.properties.child, BodyId{4});
   EXPECT_EQ(record.properties.in_child.position, Eigen::Vector3d(0.75, 0, 0));
 
-  const auto listed = cluster->ask<v1::ListJointsReply>(v1::ListJointsRequest());
-  ASSERT_EQ(listed->answer.joints_size(), 1);
-  const v1::ListJointsReply::Found& found = listed->answer.joints(0);
+  const v1::FoundJoints listed = cluster->find_joints();
+  ASSERT_EQ(listed.joints_size(), 1);
+  const v1::FoundJoints::Found& found = listed.joints(0);
   EXPECT_EQ(found.parent(), "lift");
   EXPECT_EQ(found.child(), "egg");
   EXPECT_EQ(found.child_centre().x(), 0.25);
@@ -190,13 +158,13 @@ TEST(Joints, AreAddedInCentreFramesAndListedInBodyFrames) {
 
 TEST(Joints, GetNamesAndNewIds) {
   const auto cluster = loaded_cluster();
-  EXPECT_EQ(cluster->ask<v1::AddJointReply>(hinge("", "", "ball"))->answer.id(), 1u);
-  EXPECT_EQ(cluster->ask<v1::AddJointReply>(hinge("b", "", "ball"))->answer.id(), 2u);
+  EXPECT_EQ(added(cluster->apply(hinge("", "", "ball"))), 1u);
+  EXPECT_EQ(added(cluster->apply(hinge("b", "", "ball"))), 2u);
   EXPECT_THAT(joints(*cluster), ElementsAre("joint_1", "b"));
   EXPECT_THAT(joints(*cluster, "j"), ElementsAre("joint_1"));
-  ASSERT_TRUE(cluster->ask<v1::CommandReply>(removal("b"))->ok());
-  EXPECT_EQ(cluster->ask<v1::CommandReply>(removal("b"))->code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(cluster->ask<v1::AddJointReply>(hinge("b", "", "ball"))->answer.id(), 3u);
+  ASSERT_TRUE(cluster->apply(removal_of_joint("b"))->ok());
+  EXPECT_EQ(cluster->apply(removal_of_joint("b"))->code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(added(cluster->apply(hinge("b", "", "ball"))), 3u);
   const std::vector<Command> commands = next_commands(*cluster);
   ASSERT_EQ(commands.size(), 4u);
   EXPECT_EQ(std::get<RemoveJoint>(commands[2]).id, JointId{2});
@@ -204,31 +172,27 @@ TEST(Joints, GetNamesAndNewIds) {
 
 TEST(Joints, GoWithTheirBodies) {
   const auto cluster = loaded_cluster();
-  cluster->ask<v1::AddJointReply>(hinge("a", "lift", "ball"));
-  cluster->ask<v1::AddJointReply>(hinge("b", "egg", "ball"));
-  cluster->ask<v1::AddJointReply>(hinge("c", "", "egg"));
-  v1::RemoveRequest remove;
-  remove.mutable_body()->set_name("ball");
-  ASSERT_TRUE(cluster->ask<v1::CommandReply>(remove)->ok());
+  cluster->apply(hinge("a", "lift", "ball"));
+  cluster->apply(hinge("b", "egg", "ball"));
+  cluster->apply(hinge("c", "", "egg"));
+  ASSERT_TRUE(cluster->apply(removal("ball"))->ok());
   EXPECT_THAT(joints(*cluster), ElementsAre("c"));
-  remove.mutable_body()->set_name("egg");
-  ASSERT_TRUE(cluster->ask<v1::CommandReply>(remove)->ok());
+  ASSERT_TRUE(cluster->apply(removal("egg"))->ok());
   EXPECT_THAT(joints(*cluster), IsEmpty());
 }
 
 TEST(Joints, DrivesOfAxesThatAreNotNamedStay) {
   const auto cluster = loaded_cluster();
-  v1::AddJointRequest request = hinge("cross", "lift", "egg");
-  request.mutable_joint()->mutable_properties()->set_type(v1::JOINT_UNIVERSAL);
-  cluster->ask<v1::AddJointReply>(request);
-  ASSERT_TRUE(cluster->ask<v1::CommandReply>(drive("cross", 2, v1::JointDrive::VELOCITY, 3))->ok());
-  ASSERT_TRUE(cluster->ask<v1::CommandReply>(drive("cross", 1, v1::JointDrive::POSITION, 0.5))->ok());
+  v1::Command cross = hinge("cross", "lift", "egg");
+  cross.mutable_add_joint()->mutable_joint()->mutable_properties()->set_type(v1::JOINT_UNIVERSAL);
+  cluster->apply(cross);
+  ASSERT_TRUE(cluster->apply(drive("cross", 2, v1::JointDrive::VELOCITY, 3))->ok());
+  ASSERT_TRUE(cluster->apply(drive("cross", 1, v1::JointDrive::POSITION, 0.5))->ok());
   const std::vector<Command> commands = next_commands(*cluster);
   ASSERT_EQ(commands.size(), 3u);
   const JointDrives expected{JointDrive{DriveMode::kPosition, 0.5}, JointDrive{DriveMode::kVelocity, 3}};
   EXPECT_EQ(std::get<SetDrives>(commands[2]).drives, expected);
-  const auto listed = cluster->ask<v1::ListJointsReply>(v1::ListJointsRequest());
-  EXPECT_EQ(listed->answer.joints(0).joint().drives(1).target(), 3);
+  EXPECT_EQ(cluster->find_joints().joints(0).joint().drives(1).target(), 3);
 }
 
 TEST(Joints, AreRefusedWithTheFieldAndTheBound) {
@@ -237,39 +201,44 @@ TEST(Joints, AreRefusedWithTheFieldAndTheBound) {
     EXPECT_EQ(heard->code(), code) << heard->message();
     EXPECT_THAT(heard->message(), HasSubstr(words));
   };
-  const auto add = [&](const v1::AddJointRequest& request) {
-    return cluster->ask<v1::AddJointReply>(request);
-  };
-  const auto command = [&](const auto& request) { return cluster->ask<v1::CommandReply>(request); };
-  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+  const auto add = [&](const v1::Command& command) { return cluster->apply(command); };
+  const auto& command = add;
   constexpr auto kNotFound = absl::StatusCode::kNotFound;
 
-  expect(add({}), kInvalid, "joint must be set");
+  v1::Command nothing;
+  nothing.mutable_add_joint();
+  expect(add(nothing), kInvalid, "joint must be set");
   expect(add(hinge("j", "", "")), kInvalid, "joint 'j': child: an id or a name");
   expect(add(hinge("j", "", "nobody")), kNotFound,
          "joint 'j': child: there is no body with the name 'nobody'");
   expect(add(hinge("j", "nobody", "ball")), kNotFound, "joint 'j': parent: there is no body");
   expect(add(hinge("j", "ball", "ball")), kInvalid, "joint 'j': parent and child");
   expect(add(hinge("j", "ball", "floor")), kInvalid, "joint 'j': the child must be dynamic");
-  v1::AddJointRequest request = hinge("j", "floor", "ball");
-  request.mutable_joint()->mutable_properties()->mutable_in_child()->mutable_position()->set_x(101);
+  v1::Command request = hinge("j", "floor", "ball");
+  request.mutable_add_joint()
+      ->mutable_joint()
+      ->mutable_properties()
+      ->mutable_in_child()
+      ->mutable_position()
+      ->set_x(101);
   expect(add(request), kInvalid, "in_child: its distance 101 m");
   request = hinge("j", "floor", "ball");
-  request.mutable_joint()->mutable_properties()->add_axes()->set_lower(-4);
+  request.mutable_add_joint()->mutable_joint()->mutable_properties()->add_axes()->set_lower(-4);
   expect(add(request), kInvalid, "joint 'j': axis 1: limit = -4 rad");
   ASSERT_TRUE(add(hinge("j", "floor", "ball"))->ok());
   expect(add(hinge("j", "floor", "ball")), absl::StatusCode::kAlreadyExists, "joint 'j'");
 
-  expect(command(removal("k")), kNotFound, "'k'");
-  expect(command(v1::RemoveJointRequest()), kInvalid, "joint: an id or a name");
+  expect(command(removal_of_joint("k")), kNotFound, "'k'");
+  nothing.mutable_remove_joint();
+  expect(command(nothing), kInvalid, "joint: an id or a name");
   expect(command(drive("k", 1, v1::JointDrive::FREE, 0)), kNotFound, "'k'");
   expect(command(drive("j", 0, v1::JointDrive::FREE, 0)), kInvalid, "joint 'j': axis = 0 must be 1 to 2");
   expect(command(drive("j", 2, v1::JointDrive::VELOCITY, 0)), kInvalid, "drive of axis 2 must be free");
   expect(command(drive("j", 1, static_cast<v1::JointDrive::Mode>(9), 0)), kInvalid, "mode = 9");
   expect(command(drive("j", 1, v1::JointDrive::POSITION, 5)), kInvalid, "position = 5 rad");
   expect(command(drive("j", 1, v1::JointDrive::VELOCITY, kNan)), kInvalid, "must be finite");
-  v1::SetJointDrivesRequest nothing = drive("j", 1, v1::JointDrive::FREE, 0);
-  nothing.clear_drives();
+  nothing = drive("j", 1, v1::JointDrive::FREE, 0);
+  nothing.mutable_set_joint_drives()->clear_drives();
   expect(command(nothing), kInvalid, "drives must not be empty");
   EXPECT_THAT(joints(*cluster), ElementsAre("j"));
 }

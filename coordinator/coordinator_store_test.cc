@@ -35,7 +35,7 @@ class FailingStore final : public WorldStore {
 
   std::size_t commands() const {
     std::size_t count = 0;
-    for (const v1::StoredInput& input : inputs) count += input.has_command() ? 1 : 0;
+    for (const v1::StoredInput& input : inputs) count += input.has_commands() ? 1 : 0;
     return count;
   }
 
@@ -57,17 +57,8 @@ class CoordinatorStoreTest : public ::testing::Test {
     cluster_ = loaded_cluster(options);
   }
 
-  std::shared_ptr<Heard<v1::CommandReply>> push(CallId call = {}) {
-    v1::ApplyImpulseRequest request;
-    request.mutable_body()->set_name("ball");
-    request.mutable_impulse()->set_z(1);
-    return cluster_->ask<v1::CommandReply>(std::move(request), call);
-  }
-  std::shared_ptr<Heard<v1::StepReply>> step(std::uint64_t ticks) {
-    v1::StepRequest request;
-    request.set_ticks(ticks);
-    return cluster_->ask<v1::StepReply>(std::move(request));
-  }
+  HeardReply push(RequestId id = {}) { return cluster_->apply(tessera::push("ball"), id); }
+  HeardReply step(std::uint64_t ticks) { return cluster_->step(ticks); }
   void fail() { store_.failure = absl::UnavailableError("no room"); }
   void mend() {
     store_.failure = absl::OkStatus();
@@ -171,7 +162,7 @@ TEST_F(CoordinatorStoreTest, AnUnloadMeanwhileSaysThatTheStoreStillHasTheWorld) 
 TEST_F(CoordinatorStoreTest, ACommandThatWasNeverStoredIsNotRememberedAsDone) {
   start(/*waits=*/true);
   fail();
-  const CallId call{.session = 7, .number = 1};
+  const RequestId call{.session = 7, .number = 1};
   const auto pushed = push(call);
   const auto again = push(call);
   EXPECT_FALSE(pushed->status);
@@ -184,7 +175,7 @@ TEST_F(CoordinatorStoreTest, ACommandThatWasNeverStoredIsNotRememberedAsDone) {
 TEST_F(CoordinatorStoreTest, ACommandThatIsStoredIsRememberedAsDone) {
   start(/*waits=*/true);
   fail();
-  const CallId call{.session = 7, .number = 1};
+  const RequestId call{.session = 7, .number = 1};
   const auto pushed = push(call);
   mend();
   EXPECT_TRUE(pushed->ok());

@@ -140,9 +140,7 @@ TEST(Membership, HeartbeatsKeepAServerSilenceLosesIt) {
 
 TEST(Suspect, ComesBackAndTheWorldGoesOn) {
   const auto cluster = loaded_cluster();
-  v1::StepRequest request;
-  request.set_ticks(10);
-  const auto step = cluster->ask<v1::StepReply>(request);
+  const auto step = cluster->step(10);
   EXPECT_TRUE(cluster->coordinator->suspect(kSecond, cluster->now));
   EXPECT_FALSE(cluster->status().servers(0).suspect());
   EXPECT_TRUE(cluster->status().servers(1).suspect());
@@ -212,21 +210,15 @@ TEST(Suspect, ACoordinatorThatStalledItselfBlamesNobody) {
 
 TEST(LostServer, EndsTheWorldAndAnswersEveryone) {
   const auto cluster = loaded_cluster();
-  const auto step = cluster->ask<v1::StepReply>([] {
-    v1::StepRequest request;
-    request.set_ticks(100);
-    return request;
-  }());
-  const auto hash = cluster->ask<v1::HashReply>(v1::HashRequest());
+  const auto step = cluster->step(100);
+  const auto hash = cluster->query(hash_query());
   const auto pause = cluster->ask<v1::PauseReply>(v1::PauseRequest());
-  v1::RemoveRequest remove;
-  remove.mutable_body()->set_id(2);
   cluster->leave(kSecond);
   EXPECT_EQ(step->code(), absl::StatusCode::kFailedPrecondition);  // cut short by the pause
   EXPECT_EQ(hash->code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(pause->code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(pause->message(), HasSubstr("left: told to"));
-  EXPECT_EQ(cluster->ask<v1::CommandReply>(remove)->code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(cluster->apply(removal("ball"))->code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(cluster->take(kFirst, Kind::kUnloadWorld).size(), 1u);
   EXPECT_EQ(cluster->status().state(), "failed");
   EXPECT_EQ(cluster->status().world(), "small");
@@ -273,9 +265,7 @@ TEST(LostServer, SoIsOneThatRunsAheadOfItsGrants) {
 
 TEST(Stepping, RunsExactlyTheTicksAndAnswersWhenAllServersAreDone) {
   const auto cluster = loaded_cluster();
-  v1::StepRequest request;
-  request.set_ticks(100);
-  const auto step = cluster->ask<v1::StepReply>(request);
+  const auto step = cluster->step(100);
   while (!cluster->work(kFirst).empty()) {
   }
   EXPECT_FALSE(step->status);
@@ -297,9 +287,7 @@ TEST(Stepping, RunsExactlyTheTicksAndAnswersWhenAllServersAreDone) {
 
 TEST(Stepping, GrantsAreNumberedWithoutAGapAndEqualForAll) {
   const auto cluster = loaded_cluster();
-  v1::StepRequest request;
-  request.set_ticks(20);
-  cluster->ask<v1::StepReply>(request);
+  cluster->step(20);
   const std::vector<v1::Grant> first = cluster->take_grants(kFirst);
   const std::vector<v1::Grant> second = cluster->take_grants(kSecond);
   ASSERT_EQ(first.size(), 3u);  // 8 + 8 + 4
@@ -311,9 +299,7 @@ TEST(Stepping, GrantsAreNumberedWithoutAGapAndEqualForAll) {
 
 TEST(Shutdown, SaysGoodbyeToEveryone) {
   const auto cluster = loaded_cluster();
-  v1::StepRequest request;
-  request.set_ticks(10);
-  const auto step = cluster->ask<v1::StepReply>(request);
+  const auto step = cluster->step(10);
   const auto end = cluster->ask<v1::ShutdownReply>(v1::ShutdownRequest());
   EXPECT_TRUE(end->ok());
   EXPECT_EQ(step->code(), absl::StatusCode::kUnavailable);

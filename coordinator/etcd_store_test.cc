@@ -176,7 +176,7 @@ TEST_F(EtcdStoreTest, AStateIsRecordedOnceTheStandbysHaveIt) {
 
 TEST_F(EtcdStoreTest, ALargeInputTravelsInPiecesAndCountsAsAWhole) {
   v1::StoredInput large = stored_removal(2);
-  large.mutable_command()->mutable_remove()->mutable_body()->set_name(
+  large.mutable_commands()->mutable_commands(0)->mutable_remove()->mutable_body()->set_name(
       std::string(5 * kEtcdValueBytesMax, 'x'));
   {
     const auto store = lead();

@@ -46,14 +46,17 @@ class JournalTest : public ::testing::Test {
     store_.is_fast = false;
   }
 
-  std::shared_ptr<Heard<v1::CommandReply>> remove(const std::string& body) {
-    v1::RemoveRequest request;
-    request.mutable_body()->set_name(body);
-    return cluster_->ask<v1::CommandReply>(request);
-  }
+  HeardReply remove(const std::string& body) { return cluster_->apply(removal(body)); }
   void let_store_go_on() {
     store_.stored_inputs = store_.all.size();
     cluster_->collect();
+  }
+  std::vector<v1::StoredInput> inputs_with_commands() const {
+    std::vector<v1::StoredInput> inputs;
+    for (const v1::StoredInput& input : store_.all) {
+      if (input.has_commands()) inputs.push_back(input);
+    }
+    return inputs;
   }
   // That were sent to the first server.
   std::uint64_t ticks_granted() {
@@ -67,15 +70,13 @@ class JournalTest : public ::testing::Test {
 };
 
 TEST_F(JournalTest, ACommandIsAnsweredAndGrantedOnceItIsStored) {
-  v1::StepRequest step;
-  step.set_ticks(1);
   const auto removed = remove("ball");
   EXPECT_FALSE(removed->status);
-  const auto stepped = cluster_->ask<v1::StepReply>(step);
+  const auto stepped = cluster_->step(1);
   EXPECT_EQ(ticks_granted(), 0u);
   let_store_go_on();
   EXPECT_TRUE(removed->ok()) << removed->message();
-  EXPECT_EQ(removed->answer.tick(), 1u);
+  EXPECT_EQ(removed->answer.applied().tick(), 1u);
   cluster_->work_all();
   let_store_go_on();
   EXPECT_TRUE(stepped->ok()) << stepped->message();
@@ -123,32 +124,62 @@ TEST_F(JournalTest, OneThatIsReplacedWaitsForItsStore) {
   EXPECT_TRUE(cluster_->coordinator->finished());
 }
 
-// A running world answers a command once its tick is granted, which does not come here any more.
-TEST_F(JournalTest, OneThatIsReplacedAnswersTheCommandsThatItHasStored) {
-  store_.is_fast = true;
+// It does not wait for the tick at which it takes effect.
+TEST_F(JournalTest, ARunningWorldAnswersACommandOnceItIsStored) {
   v1::ResumeRequest resume;
   resume.set_real_time_factor(1);
-  EXPECT_TRUE(cluster_->ask<v1::ResumeReply>(resume)->ok());
+  const auto resumed = cluster_->ask<v1::ResumeReply>(resume);
+  let_store_go_on();
+  EXPECT_TRUE(resumed->ok());
   const auto removed = remove("ball");
   EXPECT_FALSE(removed->status);
-  const v1::StoredInput stored = store_.all.back();
-  cluster_->coordinator->retire();
+  const v1::StoredInput stored = inputs_with_commands().back();
+  let_store_go_on();
   EXPECT_TRUE(removed->ok()) << removed->message();
-  EXPECT_EQ(removed->answer.tick(), stored.command().tick());
+  EXPECT_EQ(removed->answer.applied().tick(), stored.commands().tick());
+  EXPECT_GT(stored.commands().tick(), cluster_->status().tick() + 1);
+}
+
+TEST_F(JournalTest, OneThatIsReplacedAnswersTheCommandsThatItHasStored) {
+  v1::ResumeRequest resume;
+  resume.set_real_time_factor(1);
+  cluster_->ask<v1::ResumeReply>(resume);
+  const auto removed = remove("ball");
+  cluster_->coordinator->retire();
+  EXPECT_FALSE(removed->status);
+  let_store_go_on();
+  EXPECT_TRUE(removed->ok()) << removed->message();
   EXPECT_TRUE(cluster_->coordinator->finished());
 }
 
-// That a step has ended is clear from what is stored when it begins.
+// Of a list, and of the request that it belongs to: also where it only runs ticks.
+TEST_F(JournalTest, AListIsOneInputWithItsRequest) {
+  store_.is_fast = true;
+  cluster_->apply({removal("ball"), spawn("new"), push("new")}, {.session = 7, .number = 3});
+  ASSERT_EQ(inputs_with_commands().size(), 1u);
+  const v1::StoredInput list = inputs_with_commands().front();
+  EXPECT_EQ(list.session(), 7u);
+  EXPECT_EQ(list.number(), 3u);
+  EXPECT_EQ(list.commands().tick(), 1u);
+  EXPECT_EQ(list.commands().next_body(), 5u) << "before it";
+  EXPECT_EQ(list.commands().commands_size(), 3);
+
+  cluster_->send(request_of({}, 2), {.session = 7, .number = 4});
+  ASSERT_EQ(inputs_with_commands().size(), 2u);
+  const v1::StoredInput ticks = inputs_with_commands().back();
+  EXPECT_EQ(ticks.number(), 4u);
+  EXPECT_TRUE(ticks.commands().commands().empty());
+}
+
+// That a step has ended is clear from what is stored when it begins: the request, and the pace.
 TEST_F(JournalTest, AStepIsStoredOnce) {
   store_.is_fast = true;
-  v1::StepRequest step;
-  step.set_ticks(3);
   for (int n = 0; n < 4; ++n) {
     const std::size_t before = store_.all.size();
-    const auto stepped = cluster_->ask<v1::StepReply>(step);
+    const auto stepped = cluster_->step(3);
     cluster_->work_all();
     EXPECT_TRUE(stepped->ok());
-    EXPECT_EQ(store_.all.size(), before + 1);
+    EXPECT_EQ(store_.all.size(), before + 2);
   }
 }
 
@@ -178,9 +209,9 @@ TEST(ResumeStored, ACommandOfATickBeforeTheStateIsNotGivenAgain) {
   StoredWorld& found = store.found.emplace();
   found.load = 1;
   found.state = to_proto(small_world());
-  v1::RecordedCommand& command = *found.inputs.emplace_back().mutable_command();
-  command.set_tick(0);
-  command.mutable_remove()->mutable_body()->set_name("ball");
+  v1::RecordedCommands& commands = *found.inputs.emplace_back().mutable_commands();
+  commands.set_tick(0);
+  *commands.add_commands() = removal("ball");
   CoordinatorOptions options;
   options.store = &store;
   Coordinator coordinator(options);

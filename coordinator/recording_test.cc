@@ -11,7 +11,7 @@ TEST(RecordOnReplyTest, AWorldIsRecordedOnceItIsLoaded) {
   v1::LoadRequest request;
   request.mutable_world()->set_name("towers");
   for (const absl::Status& status : {absl::NotFoundError(""), absl::OkStatus()}) {
-    ClientCall<v1::LoadRequest, v1::LoadReply> call{request, [](const absl::Status&, const auto&) {}};
+    ClientCall<v1::LoadRequest, v1::LoadReply> call{request, [](const absl::Status&, const auto&) {}, {}};
     std::vector<v1::RecordedInput> inputs;
     record_on_reply(call, [&](const v1::RecordedInput& input) { inputs.push_back(input); });
     EXPECT_TRUE(inputs.empty());

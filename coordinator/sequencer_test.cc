@@ -23,6 +23,11 @@ std::uint64_t ticks_of(const std::vector<v1::Grant>& grants) {
 
 void nobody(const absl::Status&, Tick) {}
 
+void step(Sequencer& sequencer, std::uint64_t ticks, Sequencer::Reply reply) {
+  ASSERT_TRUE(sequencer.may_step(ticks).ok());
+  sequencer.step_to(sequencer.certain() + ticks, std::move(reply));
+}
+
 TEST(Sequencer, AWindowOfOneTickWorks) {
   Sequencer sequencer({.grant_window = 1});
   ASSERT_TRUE(sequencer.resume(0, {}).ok());
@@ -75,17 +80,87 @@ TEST(Sequencer, PacingDoesNotDrift) {
   EXPECT_NEAR(std::chrono::duration<double>(now - start).count(), 120, 1e-6);
 }
 
-TEST(Sequencer, ACommandGoesIntoTheNextGrantByTheClock) {
+TEST(Sequencer, CommandsGoIntoTheNextGrantByTheClock) {
   Sequencer sequencer({.time_step = 0.01});
   ASSERT_TRUE(sequencer.resume(1, {}).ok());
   EXPECT_EQ(ticks_of(sequencer.take_grants({})), 1u);
-  Tick told = 0;
-  sequencer.submit(RemoveBody{BodyId{1}}, std::nullopt, [&](const absl::Status&, Tick tick) { told = tick; });
+  EXPECT_EQ(sequencer.next_command_tick(), 2u) << "it is known at once";
+  sequencer.submit({RemoveBody{BodyId{1}}, RemoveBody{BodyId{2}}}, {});
+  EXPECT_EQ(sequencer.next_command_tick(), 2u) << "others may join them";
   EXPECT_TRUE(sequencer.take_grants(milliseconds(5)).empty());
-  EXPECT_EQ(told, 0u);
   ASSERT_TRUE(sequencer.report(0, 1).ok());
-  EXPECT_EQ(sequencer.take_grants(milliseconds(10)).size(), 1u);
-  EXPECT_EQ(told, 2u);
+  const std::vector<v1::Grant> grants = sequencer.take_grants(milliseconds(10));
+  ASSERT_EQ(grants.size(), 1u);
+  EXPECT_EQ(unpack_commands(grants[0].commands()).value().size(), 2u);
+  EXPECT_GT(sequencer.next_command_tick(), 2u);
+}
+
+TEST(Sequencer, AQuestionWaitsForItsTickAsLongAsTheWorldGoesOn) {
+  const auto ask = [](Sequencer& sequencer, Tick after) {
+    v1::Question question;
+    question.set_id(after);
+    sequencer.ask(std::move(question), after);
+  };
+  // The ticks granted before each question, by its id.
+  std::map<std::uint64_t, Tick> asked;
+  Tick granted = 0;
+  const auto take = [&](Sequencer& sequencer) {
+    for (const v1::Grant& grant : sequencer.take_grants({})) {
+      granted += grant.ticks();
+      for (const v1::Question& question : grant.questions()) asked[question.id()] = granted;
+    }
+  };
+  Sequencer sequencer({.grant_window = 8});
+  ASSERT_TRUE(sequencer.resume(0, {}).ok());
+  ask(sequencer, 20);
+  ask(sequencer, 3);
+  take(sequencer);
+  EXPECT_EQ(asked.size(), 1u);
+  EXPECT_GE(asked[3], 3u);
+  while (granted < 30) {
+    ASSERT_TRUE(sequencer.report(0, granted).ok());
+    take(sequencer);
+  }
+  EXPECT_GE(asked[20], 20u);
+  EXPECT_LT(asked[20], 30u);
+  ask(sequencer, 1000);
+  take(sequencer);
+  EXPECT_FALSE(asked.contains(1000));
+  sequencer.pause(nobody);
+  take(sequencer);
+  EXPECT_EQ(asked[1000], granted) << "a world that has paused comes to no other tick";
+}
+
+TEST(Sequencer, AStepIsRefusedUnlessTheWorldIsPaused) {
+  Sequencer sequencer({});
+  for (const std::uint64_t ticks : {std::uint64_t{0}, kStepTicksMax + 1})
+    EXPECT_EQ(sequencer.may_step(ticks).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(sequencer.may_step(kStepTicksMax).ok());
+  ASSERT_TRUE(sequencer.resume(0, {}).ok());
+  EXPECT_EQ(sequencer.may_step(1).code(), absl::StatusCode::kFailedPrecondition);
+}
+
+// A request that is made again after a change of coordinators waits for the same tick.
+TEST(Sequencer, AStepThatIsAskedForAgainEndsAtTheSameTick) {
+  Sequencer sequencer({});
+  int answers = 0;
+  const auto count = [&](const absl::Status& status, Tick tick) {
+    EXPECT_TRUE(status.ok());
+    EXPECT_EQ(tick, 4u);
+    ++answers;
+  };
+  sequencer.step_to(4, count);
+  sequencer.step_to(4, count);
+  absl::Status beyond;
+  sequencer.step_to(6, [&](const absl::Status& status, Tick) { beyond = status; });
+  EXPECT_EQ(beyond.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(ticks_of(sequencer.take_grants({})), 4u);
+  sequencer.step_to(4, count);
+  ASSERT_TRUE(sequencer.report(0, 4).ok());
+  EXPECT_EQ(answers, 3);
+  sequencer.step_to(4, count);
+  EXPECT_EQ(answers, 4) << "it is done";
+  EXPECT_EQ(ticks_of(sequencer.take_grants({})), 0u);
 }
 
 TEST(Sequencer, AResumeDisappointsThoseWhoWaitForAPause) {
@@ -102,7 +177,7 @@ TEST(Sequencer, APauseWaitsForTheLastTickOfAStep) {
   Sequencer sequencer({});
   Tick stepped = 0;
   Tick paused = 0;
-  sequencer.step(4, [&](const absl::Status& status, Tick tick) { stepped = status.ok() ? tick : 0; });
+  step(sequencer, 4, [&](const absl::Status& status, Tick tick) { stepped = status.ok() ? tick : 0; });
   EXPECT_EQ(ticks_of(sequencer.take_grants({})), 4u);
   sequencer.pause([&](const absl::Status&, Tick tick) { paused = tick; });
   EXPECT_EQ(paused, 0u);
@@ -113,29 +188,36 @@ TEST(Sequencer, APauseWaitsForTheLastTickOfAStep) {
 }
 
 TEST(Sequencer, HasLimits) {
+  constexpr auto kNoRoom = absl::StatusCode::kResourceExhausted;
   Sequencer sequencer({});
-  EXPECT_TRUE(sequencer.room_for_command(kHeldShapeBytesMax).ok());
-  EXPECT_EQ(sequencer.room_for_command(kHeldShapeBytesMax + 1).code(), absl::StatusCode::kResourceExhausted);
-  for (std::size_t n = 0; n < kHeldCommandsMax; ++n) {
-    ASSERT_TRUE(sequencer.room_for_command(0).ok());
-    sequencer.submit(RemoveBody{BodyId{n + 1}}, std::nullopt, nobody);
-  }
-  EXPECT_EQ(sequencer.room_for_command(0).code(), absl::StatusCode::kResourceExhausted);
-  sequencer.step(1, nobody);
+  EXPECT_TRUE(sequencer.room_for_commands(1, kHeldShapeBytesMax).ok());
+  EXPECT_EQ(sequencer.room_for_commands(1, kHeldShapeBytesMax + 1).code(), kNoRoom);
+  EXPECT_TRUE(sequencer.room_for_commands(kHeldCommandsMax, 0).ok());
+  EXPECT_EQ(sequencer.room_for_commands(kHeldCommandsMax + 1, 0).code(), kNoRoom) << "a list is whole";
+  sequencer.submit(std::vector<Command>(kHeldCommandsMax - 1, RemoveBody{BodyId{1}}), {});
+  EXPECT_TRUE(sequencer.room_for_commands(1, 0).ok());
+  EXPECT_EQ(sequencer.room_for_commands(2, 0).code(), kNoRoom);
+  step(sequencer, 1, nobody);
   sequencer.take_grants({});
-  EXPECT_TRUE(sequencer.room_for_command(0).ok());
+  EXPECT_TRUE(sequencer.room_for_commands(kHeldCommandsMax, 0).ok());
+
+  for (std::size_t n = 0; n < kOpenQuestionsMax; ++n) {
+    ASSERT_TRUE(sequencer.room_for_question().ok());
+    sequencer.ask(v1::Question());
+  }
+  EXPECT_EQ(sequencer.room_for_question().code(), kNoRoom);
 }
 
 // What is held is granted after a question that is asked first, and goes on in another sequencer.
 TEST(Sequencer, GoesOnFromWhatAnotherHeld) {
   Sequencer before({.tick = 7});
-  before.submit(Teleport{.id = BodyId{1}}, std::nullopt, nobody);
-  before.hold_at(9, ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, v1::NumberedShape());
+  before.submit({Teleport{.id = BodyId{1}}}, {});
+  before.hold_at(9, {ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}}, {v1::NumberedShape()});
   ASSERT_TRUE(before.resume(0, {}).ok());
-  before.ask_first(v1::Query());
+  before.ask_first(v1::Question());
   const std::vector<Sequencer::Held> held = before.held();
   const std::vector<v1::Grant> asked = before.take_grants({});
-  EXPECT_EQ(asked.front().queries_size(), 1);
+  EXPECT_EQ(asked.front().questions_size(), 1);
   EXPECT_EQ(asked.front().ticks(), 0u);
 
   Sequencer after({.tick = 7});
@@ -168,16 +250,16 @@ std::map<Tick, std::string> commands_by_tick(const std::vector<v1::Grant>& grant
 struct Rewound {
   explicit Rewound(Tick forgotten) {
     const auto run_to = [&](Tick tick, Sequencer::Reply reply) {
-      sequencer.step(tick - sequencer.certain(), std::move(reply));
+      step(sequencer, tick - sequencer.certain(), std::move(reply));
       for (v1::Grant& grant : sequencer.take_grants({})) grants.push_back(std::move(grant));
       EXPECT_TRUE(sequencer.report(0, tick).ok());
     };
-    sequencer.submit(ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}, std::nullopt, nobody);
+    sequencer.submit({ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}}, {});
     run_to(5, nobody);
-    sequencer.submit(Teleport{.id = BodyId{1}}, std::nullopt, nobody);
-    sequencer.submit(ApplyImpulse{BodyId{1}, {2, 0, 0}, {}}, v1::NumberedShape(), nobody);
+    sequencer.submit({Teleport{.id = BodyId{1}}}, {});
+    sequencer.submit({ApplyImpulse{BodyId{1}, {2, 0, 0}, {}}}, {v1::NumberedShape()});
     run_to(10, nobody);
-    sequencer.submit(ApplyImpulse{BodyId{1}, {3, 0, 0}, {}}, std::nullopt, nobody);
+    sequencer.submit({ApplyImpulse{BodyId{1}, {3, 0, 0}, {}}}, {});
     run_to(20, nobody);
     sequencer.forget_past(forgotten);
   }
@@ -214,15 +296,11 @@ TEST(Rewind, MayComeAgainToALaterTickBeforeAnythingWasGranted) {
 TEST(Rewind, WhatComesMeanwhileTakesEffectAfterwards) {
   Rewound world(7);
   world.sequencer.rewind(2, 1, 7);
-  Tick told = 0;
-  world.sequencer.submit(ApplyImpulse{BodyId{1}, {4, 0, 0}, {}}, std::nullopt,
-                         [&](const absl::Status& status, Tick tick) {
-                           EXPECT_TRUE(status.ok());
-                           told = tick;
-                         });
-  v1::Query query;
-  query.set_id(5);
-  world.sequencer.ask(query);
+  world.sequencer.submit({ApplyImpulse{BodyId{1}, {4, 0, 0}, {}}}, {});
+  EXPECT_EQ(world.sequencer.next_command_tick(), 21u);
+  v1::Question question;
+  question.set_id(5);
+  world.sequencer.ask(question);
   bool has_paused = false;
   world.sequencer.pause([&](const absl::Status& status, Tick tick) {
     EXPECT_TRUE(status.ok());
@@ -231,8 +309,7 @@ TEST(Rewind, WhatComesMeanwhileTakesEffectAfterwards) {
   });
   EXPECT_FALSE(has_paused);
   const std::vector<v1::Grant> again = world.sequencer.take_grants({});
-  EXPECT_EQ(told, 21u);
-  EXPECT_EQ(again.back().queries_size(), 1) << "answered at the tick that was reached before";
+  EXPECT_EQ(again.back().questions_size(), 1) << "answered at the tick that was reached before";
   EXPECT_EQ(ticks_of(again), 13u);
   ASSERT_TRUE(world.sequencer.report(0, 20).ok());
   EXPECT_TRUE(has_paused);
@@ -242,7 +319,7 @@ TEST(Rewind, WhatComesMeanwhileTakesEffectAfterwards) {
 TEST(Rewind, AStepEndsWhereItWasToEnd) {
   Sequencer sequencer({.world = 1, .grant_window = 8, .keeps_past = true});
   Tick done = 0;
-  sequencer.step(30, [&](const absl::Status& status, Tick tick) {
+  step(sequencer, 30, [&](const absl::Status& status, Tick tick) {
     EXPECT_TRUE(status.ok());
     done = tick;
   });

@@ -13,8 +13,7 @@
 
 #include "coordinator/client_edge.h"
 #include "coordinator/limits.h"
-#include "coordinator/unanswered.h"
-#include "proto/call_id.h"
+#include "coordinator/test_requests.h"
 #include "proto/status.h"
 
 namespace tessera {
@@ -62,19 +61,20 @@ class Service : public ::testing::Test {
   std::unique_ptr<v1::Tessera::Stub> stub_;
 };
 
+using RequestCall = ClientCall<v1::Request, v1::Reply>;
+
 TEST_F(Service, CarriesRequestsAndReplies) {
   auto client = std::async(std::launch::async, [&] {
     grpc::ClientContext context;
-    v1::StepRequest request;
-    request.set_ticks(7);
-    v1::StepReply reply;
-    EXPECT_TRUE(stub_->Step(&context, request, &reply).ok());
+    v1::Reply reply;
+    EXPECT_TRUE(stub_->Do(&context, request_of({}, 7), &reply).ok());
     return reply.tick();
   });
   ClientRequest request = next();
-  auto& call = std::get<ClientCall<v1::StepRequest, v1::StepReply>>(request);
+  auto& call = std::get<RequestCall>(request);
   EXPECT_EQ(call.request.ticks(), 7u);
-  v1::StepReply answer;
+  EXPECT_EQ(call.id.session, 0u) << "a request of no session";
+  v1::Reply answer;
   answer.set_tick(99);
   call.reply(absl::OkStatus(), answer);
   EXPECT_EQ(client.get(), 99u);
@@ -83,39 +83,14 @@ TEST_F(Service, CarriesRequestsAndReplies) {
 TEST_F(Service, CarriesStatuses) {
   auto client = std::async(std::launch::async, [&] {
     grpc::ClientContext context;
-    v1::CommandReply reply;
-    return stub_->Remove(&context, v1::RemoveRequest(), &reply);
+    v1::Reply reply;
+    return stub_->Do(&context, request_of({removal("ball")}), &reply);
   });
   ClientRequest request = next();
-  std::get<ClientCall<v1::RemoveRequest, v1::CommandReply>>(request).reply(
-      absl::NotFoundError("no such body" + std::string(100'000, '!')), {});
+  std::get<RequestCall>(request).reply(absl::NotFoundError("no such body" + std::string(100'000, '!')), {});
   const grpc::Status status = client.get();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_THAT(status.error_message(), HasSubstr("no such body"));
-}
-
-// A call that ends without the mark is made again under its number.
-TEST_F(Service, MarksAnswersAndNoCallThatIsLeftToOthers) {
-  const auto is_marked = [&](const absl::Status& answer) {
-    grpc::ClientContext context;
-    auto client = std::async(std::launch::async, [&] {
-      v1::CommandReply reply;
-      return stub_->Remove(&context, v1::RemoveRequest(), &reply);
-    });
-    ClientRequest request = next();
-    std::get<ClientCall<v1::RemoveRequest, v1::CommandReply>>(request).reply(answer, {});
-    EXPECT_EQ(client.get().error_code(), static_cast<grpc::StatusCode>(answer.code()));
-    return context.GetServerTrailingMetadata().contains(kAnsweredTrailer);
-  };
-  EXPECT_TRUE(is_marked(absl::OkStatus()));
-  EXPECT_TRUE(is_marked(absl::UnavailableError("")));
-  EXPECT_FALSE(is_marked(unanswered_error("")));
-  queue_.close();
-  grpc::ClientContext context;
-  v1::CommandReply reply;
-  const grpc::Status status = stub_->Remove(&context, v1::RemoveRequest(), &reply);
-  EXPECT_TRUE(stands_by(status)) << "others may take what a closed queue refuses";
-  EXPECT_TRUE(context.GetServerTrailingMetadata().contains(kAnsweredTrailer));
 }
 
 TEST_F(Service, AddsTheMemoryOfTheProcessToItsStatus) {
@@ -149,9 +124,8 @@ TEST_F(Service, ADeadlineEndsACallAlsoWhereItIsServed) {
   for (std::chrono::milliseconds patience(50); unanswered_.empty(); patience *= 2) {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + patience);
-    v1::StepReply reply;
-    ASSERT_EQ(stub_->Step(&context, v1::StepRequest(), &reply).error_code(),
-              grpc::StatusCode::DEADLINE_EXCEEDED);
+    v1::Reply reply;
+    ASSERT_EQ(stub_->Do(&context, v1::Request(), &reply).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
     unanswered_ = queue_.take();
   }
   expect_call_has_ended();
@@ -172,7 +146,9 @@ TEST_F(Service, AClosedQueueIsUnavailable) {
   queue_.close();
   grpc::ClientContext context;
   v1::PauseReply reply;
-  EXPECT_EQ(stub_->Pause(&context, v1::PauseRequest(), &reply).error_code(), grpc::StatusCode::UNAVAILABLE);
+  const grpc::Status status = stub_->Pause(&context, v1::PauseRequest(), &reply);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_TRUE(stands_by(status)) << "others may take what a closed queue refuses";
 }
 
 TEST_F(Service, APortInUseIsSaidSo) {
@@ -228,14 +204,13 @@ TEST_F(Service, LargeRequestsDoNotPileUp) {
   ASSERT_TRUE(edge.ok()) << edge.status();
   const auto stub =
       v1::Tessera::NewStub(grpc::CreateChannel((*edge)->address(), grpc::InsecureChannelCredentials()));
-  v1::SpawnRequest request;
-  request.mutable_body()->set_name(std::string(400 << 10, 'x'));
+  const v1::Request request = request_of({spawn(std::string(400 << 10, 'x'))});
   std::vector<std::future<grpc::StatusCode>> answers;
   for (int n = 0; n < 8; ++n) {
     answers.push_back(std::async(std::launch::async, [&] {
       grpc::ClientContext context;
-      v1::SpawnReply reply;
-      return stub->Spawn(&context, request, &reply).error_code();
+      v1::Reply reply;
+      return stub->Do(&context, request, &reply).error_code();
     }));
   }
   // Two of them wait in the queue; the others are answered.

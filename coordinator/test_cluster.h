@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,7 +14,10 @@
 #include <vector>
 
 #include "coordinator/coordinator.h"
+#include "coordinator/test_requests.h"
+#include "coordinator/world_registry.h"
 #include "lpss/base/arithmetic_fingerprint.h"
+#include "lpss/model/world_records.h"
 #include "proto/convert.h"
 #include "proto/convert_counts.h"
 #include "proto/wire.h"
@@ -29,6 +34,8 @@ struct Heard {
   absl::StatusCode code() const { return status ? status->code() : absl::StatusCode::kUnknown; }
   std::string message() const { return status ? std::string(status->message()) : "no reply yet"; }
 };
+
+using HeardReply = std::shared_ptr<Heard<v1::Reply>>;
 
 class TestCluster {
  public:
@@ -60,7 +67,7 @@ class TestCluster {
   }
 
   template <typename Answer, typename Request>
-  std::shared_ptr<Heard<Answer>> ask(Request request, CallId call = {}) {
+  std::shared_ptr<Heard<Answer>> ask(Request request, RequestId id = {}) {
     auto heard = std::make_shared<Heard<Answer>>();
     coordinator->handle(
         ClientCall<Request, Answer>{std::move(request),
@@ -69,10 +76,39 @@ class TestCluster {
                                       heard->status = status;
                                       heard->answer = answer;
                                     },
-                                    call},
+                                    id},
         now);
     collect();
     return heard;
+  }
+
+  // A request of commands, ticks and queries.
+  HeardReply send(const v1::Request& request, RequestId id = {}) { return ask<v1::Reply>(request, id); }
+  HeardReply apply(const std::vector<v1::Command>& list, RequestId id = {}) {
+    return send(request_of(list), id);
+  }
+  HeardReply apply(const v1::Command& command, RequestId id = {}) {
+    return apply(std::vector<v1::Command>{command}, id);
+  }
+  HeardReply step(std::uint64_t ticks) { return send(request_of({}, ticks)); }
+  HeardReply query(const std::vector<v1::Query>& list) { return send(request_of({}, 0, list)); }
+  HeardReply query(const v1::Query& query) { return this->query(std::vector<v1::Query>{query}); }
+
+  // What the coordinator knows by itself.
+  v1::FoundBodies find_bodies(const v1::FindBodies& wanted = {}) {
+    v1::Query query;
+    *query.mutable_find_bodies() = wanted;
+    return only_result(query).find_bodies();
+  }
+  v1::FoundJoints find_joints(const std::string& prefix = "") {
+    v1::Query query;
+    query.mutable_find_joints()->set_name_prefix(prefix);
+    return only_result(query).find_joints();
+  }
+  v1::FoundFrames find_frames(const std::string& prefix = "") {
+    v1::Query query;
+    query.mutable_find_frames()->set_name_prefix(prefix);
+    return only_result(query).find_frames();
   }
 
   void advance(Nanoseconds by) {
@@ -137,7 +173,7 @@ class TestCluster {
     receive(node, message);
   }
 
-  // One server carries out the grants that it has; a query of its hash is answered with (tick, node).
+  // One server carries out the grants that it has, and answers queries with what it `knows`.
   std::vector<v1::Grant> work(NodeId node) {
     std::vector<v1::Grant> grants = take_grants(node);
     for (const v1::Grant& grant : grants) {
@@ -148,15 +184,8 @@ class TestCluster {
         report.set_work_us(1000);
       }
       if (grant.ticks() > 0) report(node, grant.world(), tick[node], std::move(reports));
-      for (const v1::Query& query : grant.queries()) {
-        if (!query.has_hash()) continue;
-        v1::ClusterMessage message;
-        message.mutable_answer()->set_world(grant.world());
-        message.mutable_answer()->set_query(query.id());
-        message.mutable_answer()->set_tick(tick[node]);
-        message.mutable_answer()->set_hash_low(tick[node]);
-        message.mutable_answer()->set_hash_high(node.value);
-        receive(node, message);
+      for (const v1::Question& question : grant.questions()) {
+        if (question.has_queries()) answer(node, grant.world(), question);
       }
     }
     return grants;
@@ -183,7 +212,38 @@ class TestCluster {
   std::map<NodeId, std::vector<v1::ClusterMessage>> inbox;
   std::map<NodeId, Tick> tick;
   std::uint64_t map_epoch = 1;  // that servers say is in effect
+  // The answer of a server to a query; without it, that of its hash is (tick, node), and others are empty.
+  std::function<v1::PartialResult(NodeId, const v1::Query&)> knows;
+
+ private:
+  v1::QueryResult only_result(const v1::Query& query) {
+    const HeardReply heard = this->query(query);
+    EXPECT_TRUE(heard->ok()) << heard->message();
+    EXPECT_EQ(heard->answer.results_size(), 1);
+    return heard->answer.results_size() == 1 ? heard->answer.results(0) : v1::QueryResult();
+  }
+
+  void answer(NodeId node, std::uint64_t world, const v1::Question& question) {
+    v1::ClusterMessage message;
+    v1::Answer& answer = *message.mutable_answer();
+    answer.set_world(world);
+    answer.set_question(question.id());
+    answer.set_tick(tick[node]);
+    for (const v1::Query& query : question.queries().all()) {
+      v1::PartialResult& part = *answer.add_results();
+      if (knows) {
+        part = knows(node, query);
+      } else if (query.has_hash()) {
+        part.set_hash_low(tick[node]);
+        part.set_hash_high(node.value);
+      }
+    }
+    receive(node, message);
+  }
 };
+
+inline constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 inline constexpr NodeId kFirst{100};
 inline constexpr NodeId kSecond{200};
@@ -210,6 +270,11 @@ inline WorldDescription small_world() {
   add("lift", Motion::kKinematic, 0, {5, 0, 0});
   add("egg", Motion::kDynamic, 1, {5, 0, 0}).properties.centre = {0.25, 0, 0};
   return world;
+}
+
+// What a coordinator knows of a world that is loaded.
+inline WorldRegistry registry_of(const WorldDescription& world) {
+  return {world, records_of(world).value(), joint_records_of(world).value()};
 }
 
 // A cluster of two servers with a world, paused at tick 0.

@@ -14,15 +14,15 @@ namespace tessera {
 
 inline v1::StoredInput stored_removal(Tick tick) {
   v1::StoredInput input;
-  input.mutable_command()->set_tick(tick);
-  input.mutable_command()->mutable_remove()->mutable_body()->set_id(tick);
+  input.mutable_commands()->set_tick(tick);
+  input.mutable_commands()->add_commands()->mutable_remove()->mutable_body()->set_id(tick);
   return input;
 }
 
 inline std::vector<Tick> ticks_of(const std::optional<StoredWorld>& world) {
   std::vector<Tick> ticks;
   if (!world) return ticks;
-  for (const v1::StoredInput& input : world->inputs) ticks.push_back(input.command().tick());
+  for (const v1::StoredInput& input : world->inputs) ticks.push_back(input.commands().tick());
   return ticks;
 }
 
