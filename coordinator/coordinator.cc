@@ -137,7 +137,10 @@ void Coordinator::Impl::on(Call<v1::Request, v1::Reply>& call, Nanoseconds now) 
   }
   const absl::StatusOr<HostedWorld*> live = slot_.live();
   if (!live.ok()) return call.reply(live.status(), {});
-  WorldCalls(context_, (*live)->world(), now).on(call, std::move(carried_out));
+  const RequestId id = call.id;
+  const std::optional<v1::Applied> applied =
+      WorldCalls(context_, (*live)->world(), now).on(call, std::move(carried_out));
+  if (applied) sessions_.note(id, *applied);
 }
 
 template <AboutLoadedWorld AnyCall>
@@ -188,6 +191,9 @@ void Coordinator::Impl::flush(Nanoseconds now) {
   const bool was_waiting = journal_.waits();
   if (slot_.hosted()) slot_.hosted()->go_on(now);
   answer_drains();
+  if (journal_.take_dropped()) {
+    sessions_.for_each([this](RequestId id, const v1::Applied& applied) { journal_.keep(id, applied); });
+  }
   journal_.flush(running(), now);
   if (was_waiting && !journal_.waits()) flush(now);  // with what is due by now
 }

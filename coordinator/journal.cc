@@ -20,6 +20,14 @@ void Journal::add(v1::RecordedCommands commands, RequestId request) {
   *input.mutable_commands() = std::move(commands);
 }
 
+void Journal::keep(RequestId request, const v1::Applied& applied) {
+  if (!stores()) return;
+  v1::StoredInput& input = unstored_.emplace_back();
+  input.set_session(request.session);
+  input.set_number(request.number);
+  *input.mutable_carried_out() = applied;
+}
+
 void Journal::flush(const Sequencer* running, Nanoseconds now) {
   const bool has_commands = std::any_of(unstored_.begin(), unstored_.end(),
                                         [](const v1::StoredInput& input) { return input.has_commands(); });
@@ -129,6 +137,7 @@ absl::Status Journal::begin(std::uint64_t load, const WorldToLoad& world) {
   if (absl::Status status = begin(); !status.ok()) return status;
   drop_unstored(absl::FailedPreconditionError("the world was replaced before this was stored"));
   pace_ = {};
+  dropped_ = true;
   next_try_ = {};
   given_up_ = false;
   state_failure_.clear();
@@ -156,6 +165,7 @@ bool Journal::store_state(const StateChange& state, std::uint64_t position) {
   invariant(position <= store_->position(), "the inputs of a state are written before it");
   if (!store_->change(state, position)) return false;
   state_failure_.clear();
+  dropped_ = true;
   pace_.renew();
   return true;
 }

@@ -47,6 +47,10 @@ class Journal {
 
   // Commands of a client's request, and none where it only runs ticks.
   void add(v1::RecordedCommands commands, RequestId request);
+  // What a request did that the client may make again, where the store has dropped its commands since the
+  // last call of take_dropped().
+  void keep(RequestId request, const v1::Applied& applied);
+  bool take_dropped() { return std::exchange(dropped_, false); }
 
   // Writes what has come, with the pace of the world that runs, if one does, and answers what rested on it.
   // Where it cannot be written, that is tried again now and then.
@@ -114,7 +118,8 @@ class Journal {
   std::vector<StoredReply> replies_;     // likewise
   std::deque<HeldBack> held_back_;
   std::vector<OutgoingMessage> released_;
-  std::string failure_;  // of the store; empty while it can be written
+  bool dropped_ = false;  // inputs, of which a state has taken the place
+  std::string failure_;   // of the store; empty while it can be written
   Nanoseconds next_try_{};
   bool given_up_ = false;      // too much came meanwhile
   std::string state_failure_;  // why the last checkpoint is not there; empty if it is

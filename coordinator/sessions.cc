@@ -138,10 +138,26 @@ void Sessions::end(RequestId id, const absl::Status& status, const v1::Reply& re
   request.reply = kept(reply);
 }
 
+void Sessions::note(RequestId id, const v1::Applied& applied) {
+  const auto session = sessions_.find(id.session);
+  if (session == sessions_.end()) return;
+  const auto found = session->second.requests.find(id.number);
+  if (found != session->second.requests.end()) found->second.applied = applied;
+}
+
+void Sessions::for_each(const std::function<void(RequestId, const v1::Applied&)>& visit) const {
+  for (const std::uint64_t session : latest_) {
+    for (const auto& [number, request] : sessions_.at(session).requests) {
+      if (request.applied) visit({session, number}, *request.applied);
+    }
+  }
+}
+
 void Sessions::remember(RequestId id, const v1::Applied& applied) {
   if (id.session == 0) return;
   Session& session = touch(id.session);
-  session.requests[id.number].carried_out = applied;
+  Request& request = session.requests[id.number];
+  request.applied = request.carried_out = applied;
   if (session.requests.size() <= kUnansweredMax) return;
   session.answered.add(session.requests.begin()->first);
   session.requests.erase(session.requests.begin());

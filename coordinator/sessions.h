@@ -51,6 +51,12 @@ class Sessions {
   // nothing.
   void take_answered(const Call& call);
 
+  // What the commands of a request did that was admitted.
+  void note(RequestId id, const v1::Applied& applied);
+
+  // Of all requests that clients may make again, as far as it is known what they did.
+  void for_each(const std::function<void(RequestId, const v1::Applied&)>& visit) const;
+
   // A request that an earlier coordinator carried out. Beyond kUnansweredMax of a client, the first ones are
   // refused from then on, as if the client had their replies.
   void remember(RequestId id, const v1::Applied& applied);
@@ -61,7 +67,8 @@ class Sessions {
     std::vector<Reply> again;  // of those that made it again meanwhile
     absl::Status status;
     v1::Reply reply;
-    std::optional<v1::Applied> carried_out;  // by an earlier coordinator
+    std::optional<v1::Applied> applied;
+    std::optional<v1::Applied> carried_out;  // by an earlier coordinator, and not replied to by this one
   };
   struct Session {
     absl::btree_map<std::uint64_t, Request> requests;  // by number

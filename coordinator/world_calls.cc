@@ -107,13 +107,15 @@ absl::StatusOr<WorldCalls::Plan> WorldCalls::plan(const v1::Request& request, bo
   return plan;
 }
 
-void WorldCalls::on(Call<v1::Request, v1::Reply>& call, std::optional<v1::Applied> carried_out) {
+std::optional<v1::Applied> WorldCalls::on(Call<v1::Request, v1::Reply>& call,
+                                          std::optional<v1::Applied> carried_out) {
   const v1::Request& request = call.request;
   const bool is_input = !request.commands().empty() || request.ticks() > 0;
   absl::StatusOr<Plan> plan = this->plan(request, is_input && !carried_out);
   if (!plan.ok()) {
     world_.registry.roll_back();
-    return call.reply(plan.status(), {});
+    call.reply(plan.status(), {});
+    return std::nullopt;
   }
   world_.registry.keep();
   const auto pending = std::make_shared<PendingReply>(std::move(call.reply), world_);
@@ -127,6 +129,7 @@ void WorldCalls::on(Call<v1::Request, v1::Reply>& call, std::optional<v1::Applie
     }
     context_.journal.add(std::move(plan->recorded), call.id);
   }
+  const v1::Applied applied = reply.applied();
   Tick after = request.after();
   reply.set_tick(world_.sequencer.completed());
   if (request.ticks() > 0) {
@@ -141,6 +144,7 @@ void WorldCalls::on(Call<v1::Request, v1::Reply>& call, std::optional<v1::Applie
                          after);
   }
   pending->done();
+  return is_input ? std::optional(applied) : std::nullopt;
 }
 
 void WorldCalls::on(Call<v1::PauseRequest, v1::PauseReply>& call) {

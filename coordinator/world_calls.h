@@ -23,8 +23,9 @@ class WorldCalls {
       : context_(context), world_(world), now_(now) {}
 
   // Its commands are checked, carried out on the registry, sequenced and added to the journal; but not where
-  // they were `carried_out` before, of a request that is made again.
-  void on(Call<v1::Request, v1::Reply>& call, std::optional<v1::Applied> carried_out);
+  // they were `carried_out` before, of a request that is made again. Returns what they did, or nothing after
+  // an error.
+  std::optional<v1::Applied> on(Call<v1::Request, v1::Reply>& call, std::optional<v1::Applied> carried_out);
 
   void on(Call<v1::PauseRequest, v1::PauseReply>& call);
   void on(Call<v1::ResumeRequest, v1::ResumeReply>& call);

@@ -104,6 +104,41 @@ static void check_questions(tessera_client* client) {
   CHECK(tessera_pause(client, &tick) == TESSERA_OK && tick >= kTicks);
 }
 
+static void check_batch(tessera_client* client) {
+  uint64_t before;
+  CHECK(tessera_hash(client, (char[33]){0}, &before) == TESSERA_OK);
+  tessera_batch* batch;
+  CHECK(tessera_batch_new("{\"commands\": 5}", &batch) == TESSERA_INVALID_ARGUMENT);
+  CHECK(tessera_batch_new("{\"queries\": [{\"hash\": {}}]}", &batch) == TESSERA_OK);
+  uint64_t ball;
+  CHECK(tessera_find(client, "ball", &ball) == TESSERA_OK);
+  const double up[3] = {0, 0, 3};
+  tessera_batch_set_velocity(batch, ball, up, NULL);
+  tessera_batch_set_ticks(batch, 2);
+  const tessera_position above = {{0, 0, 0}, {0, 0, 30}};
+  const double down[3] = {0, 0, -1};
+  const size_t ray = tessera_batch_ray(batch, &above, down, 100, 0);
+  const size_t states = tessera_batch_states(batch, &ball, 1);
+  tessera_answers* answers;
+  CHECK(tessera_run(client, batch, kPatience, &answers) == TESSERA_OK);
+  CHECK(tessera_answers_effect(answers) == before + 1 && tessera_answers_tick(answers) == before + 2);
+  tessera_hit hit;
+  CHECK(tessera_answers_ray(answers, ray, &hit) == TESSERA_OK && hit.body != 0);
+  CHECK(tessera_answers_ray(answers, states, &hit) == TESSERA_INVALID_ARGUMENT);
+  tessera_body body;
+  size_t count;
+  CHECK(tessera_answers_states(answers, states, &body, 1, &count) == TESSERA_OK && count == 1);
+  CHECK(body.id == ball && body.linear_velocity[2] > 2);
+  CHECK(strstr(tessera_answers_json(answers), "\"hash\"") != NULL);
+  tessera_answers_free(answers);
+  tessera_batch_remove(batch, ~UINT64_C(0));
+  CHECK(tessera_run(client, batch, kPatience, &answers) == TESSERA_NOT_FOUND);
+  CHECK(strstr(tessera_error_message(), "commands[1] (remove)") != NULL);
+  tessera_batch_free(batch);
+  tessera_batch_free(NULL);
+  tessera_answers_free(NULL);
+}
+
 int main(int argc, char** argv) {
   CHECK(argc == 3);
   tessera_client* client;
@@ -113,6 +148,7 @@ int main(int argc, char** argv) {
   check_flight(client);
   check_frame(client);
   check_questions(client);
+  check_batch(client);
   tessera_disconnect(client);
   tessera_disconnect(NULL);
   return 0;

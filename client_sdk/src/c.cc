@@ -1,15 +1,19 @@
 #include "tessera/c.h"
 
+#include <absl/strings/str_cat.h>
 #include <absl/strings/string_view.h>
 
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "tessera/batch_json.h"
 #include "tessera/client.h"
 #include "tessera/world_message.h"
 
@@ -19,6 +23,20 @@ struct tessera_client {
 
 struct tessera_stream {
   std::unique_ptr<tessera::BodyStream> stream;
+};
+
+// The kind of each query is known by its place.
+struct tessera_batch {
+  tessera::Batch batch;
+  std::map<size_t, tessera::QueryPlace<std::vector<tessera::RayResult>>> rays;
+  std::map<size_t, tessera::QueryPlace<std::vector<tessera::BodySample>>> states;
+};
+
+struct tessera_answers {
+  tessera::Answers answers;
+  std::map<size_t, tessera::QueryPlace<std::vector<tessera::RayResult>>> rays;
+  std::map<size_t, tessera::QueryPlace<std::vector<tessera::BodySample>>> states;
+  std::string json;
 };
 
 namespace {
@@ -97,6 +115,30 @@ tessera_status status_for_c(const tessera::ClusterStatus& status) {
   };
 }
 
+tessera_hit hit_for_c(const tessera::RayResult& found) {
+  tessera_hit hit{};
+  hit.body = found.body.value;
+  hit.distance = found.distance;
+  hit.position = position_for_c(found.position);
+  write(found.normal, hit.normal);
+  return hit;
+}
+
+Vector3d vector_of(const double* vector) {
+  return vector == nullptr ? Vector3d(Vector3d::Zero()) : Vector3d(vector);
+}
+
+tessera::TargetPose pose_of(const tessera_position& position, const double* orientation) {
+  tessera::TargetPose pose{position_of(position)};
+  if (orientation != nullptr) pose.orientation = Eigen::Quaterniond(orientation);
+  return pose;
+}
+
+tessera_code no_such_result(size_t place) {
+  return code_of(absl::InvalidArgumentError(
+      absl::StrCat("place ", place, ": the batch has no query of this kind there")));
+}
+
 tessera_code spawn(tessera_client* client, const char* name, tessera::Shape shape, double mass,
                    const tessera_position* position, uint64_t* id) {
   const tessera::NewBody body = tessera::solid(name, std::move(shape), mass, position_of(*position));
@@ -156,15 +198,15 @@ tessera_code tessera_find(tessera_client* client, const char* name, uint64_t* id
 
 tessera_code tessera_apply_impulse(tessera_client* client, uint64_t id, const double impulse[3],
                                    const double lever[3]) {
-  const Vector3d arm = lever == nullptr ? Vector3d(Vector3d::Zero()) : Vector3d(lever);
-  return code_of(client->client->apply_impulse(tessera::BodyId{id}, Vector3d(impulse), arm).status());
+  return code_of(
+      client->client->apply_impulse(tessera::BodyId{id}, vector_of(impulse), vector_of(lever)).status());
 }
 
 tessera_code tessera_set_surface_motion(tessera_client* client, uint64_t id, const double velocity[3],
                                         const double running[3]) {
-  const auto given = [](const double* v) { return v == nullptr ? Vector3d(Vector3d::Zero()) : Vector3d(v); };
   return code_of(
-      client->client->set_surface_motion(tessera::BodyId{id}, given(velocity), given(running)).status());
+      client->client->set_surface_motion(tessera::BodyId{id}, vector_of(velocity), vector_of(running))
+          .status());
 }
 
 tessera_code tessera_step(tessera_client* client, uint64_t ticks, uint64_t* tick) {
@@ -214,15 +256,111 @@ tessera_code tessera_hash(tessera_client* client, char hash[33], uint64_t* tick)
 
 tessera_code tessera_raycast(tessera_client* client, const tessera_position* origin,
                              const double direction[3], double length, tessera_hit* hit) {
-  const tessera::RayQuery ray{position_of(*origin), Vector3d(direction), length, 0};
+  const tessera::RayQuery ray{
+      .origin = position_of(*origin), .direction = vector_of(direction), .length = length};
   return give(client->client->raycast(ray), [&](const std::optional<tessera::RayResult>& found) {
-    *hit = {};
-    if (!found) return;
-    hit->body = found->body.value;
-    hit->distance = found->distance;
-    hit->position = position_for_c(found->position);
-    write(found->normal, hit->normal);
+    *hit = found ? hit_for_c(*found) : tessera_hit{};
   });
+}
+
+tessera_code tessera_batch_new(const char* json, tessera_batch** batch) {
+  return give(tessera::batch_from_json(json == nullptr ? "{}" : json), [&](tessera::Batch made) {
+    *batch = new tessera_batch{std::move(made), {}, {}};
+  });
+}
+
+void tessera_batch_free(tessera_batch* batch) { delete batch; }
+
+void tessera_batch_set_velocity(tessera_batch* batch, uint64_t body, const double linear[3],
+                                const double angular[3]) {
+  batch->batch.commands.set_velocity(tessera::BodyId{body}, vector_of(linear), vector_of(angular));
+}
+
+void tessera_batch_apply_impulse(tessera_batch* batch, uint64_t body, const double impulse[3],
+                                 const double lever[3]) {
+  batch->batch.commands.apply_impulse(tessera::BodyId{body}, vector_of(impulse), vector_of(lever));
+}
+
+void tessera_batch_apply_force(tessera_batch* batch, uint64_t body, const double force[3],
+                               const double torque[3]) {
+  batch->batch.commands.apply_force(tessera::BodyId{body}, vector_of(force), vector_of(torque));
+}
+
+void tessera_batch_teleport(tessera_batch* batch, uint64_t body, const tessera_position* position,
+                            const double orientation[4]) {
+  batch->batch.commands.teleport(tessera::BodyId{body}, pose_of(*position, orientation));
+}
+
+void tessera_batch_set_kinematic_target(tessera_batch* batch, uint64_t body, const tessera_position* position,
+                                        const double orientation[4]) {
+  batch->batch.commands.set_kinematic_target(tessera::BodyId{body}, pose_of(*position, orientation));
+}
+
+void tessera_batch_set_servo(tessera_batch* batch, uint64_t joint, double target, double stiffness,
+                             double damping) {
+  batch->batch.commands.set_drive(
+      tessera::JointId{joint},
+      {.mode = tessera::DriveMode::kServo, .target = target, .stiffness = stiffness, .damping = damping});
+}
+
+void tessera_batch_remove(tessera_batch* batch, uint64_t body) {
+  batch->batch.commands.remove(tessera::BodyId{body});
+}
+
+void tessera_batch_set_ticks(tessera_batch* batch, uint64_t ticks) { batch->batch.ticks = ticks; }
+
+size_t tessera_batch_ray(tessera_batch* batch, const tessera_position* origin, const double direction[3],
+                         double length, uint64_t except) {
+  tessera::RayQuery ray{.origin = position_of(*origin), .direction = vector_of(direction), .length = length};
+  if (except != 0) ray.except.emplace_back(tessera::BodyId{except});
+  const size_t place = batch->batch.queries.size();
+  batch->rays.emplace(place, batch->batch.queries.ray(ray));
+  return place;
+}
+
+size_t tessera_batch_states(tessera_batch* batch, const uint64_t* bodies, size_t count) {
+  std::vector<tessera::BodyId> ids;
+  for (size_t n = 0; n < count; ++n) ids.push_back(tessera::BodyId{bodies[n]});
+  const size_t place = batch->batch.queries.size();
+  batch->states.emplace(place, batch->batch.queries.states(ids));
+  return place;
+}
+
+tessera_code tessera_run(tessera_client* client, const tessera_batch* batch, double timeout,
+                         tessera_answers** answers) {
+  return give(client->client->run(batch->batch, duration_of(timeout)), [&](tessera::Answers given) {
+    *answers = new tessera_answers{std::move(given), batch->rays, batch->states, {}};
+  });
+}
+
+void tessera_answers_free(tessera_answers* answers) { delete answers; }
+
+uint64_t tessera_answers_tick(const tessera_answers* answers) { return answers->answers.tick(); }
+
+uint64_t tessera_answers_effect(const tessera_answers* answers) { return answers->answers.applied().tick; }
+
+tessera_code tessera_answers_ray(const tessera_answers* answers, size_t place, tessera_hit* hit) {
+  const auto ray = answers->rays.find(place);
+  if (ray == answers->rays.end()) return no_such_result(place);
+  const std::vector<tessera::RayResult> hits = answers->answers[ray->second];
+  *hit = hits.empty() ? tessera_hit{} : hit_for_c(hits.front());
+  return code_of(absl::OkStatus());
+}
+
+tessera_code tessera_answers_states(const tessera_answers* answers, size_t place, tessera_body* bodies,
+                                    size_t capacity, size_t* count) {
+  const auto states = answers->states.find(place);
+  if (states == answers->states.end()) return no_such_result(place);
+  const std::vector<tessera::BodySample> found = answers->answers[states->second];
+  *count = found.size();
+  std::transform(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(std::min(capacity, found.size())),
+                 bodies, body_for_c);
+  return code_of(absl::OkStatus());
+}
+
+const char* tessera_answers_json(tessera_answers* answers) {
+  if (answers->json.empty()) answers->json = to_json(answers->answers);
+  return answers->json.c_str();
 }
 
 tessera_code tessera_watch(tessera_client* client, const uint64_t* ids, size_t count,

@@ -1,4 +1,4 @@
-/* The core calls of the client SDK for C, so that engines and other languages can bind them.
+/* The client SDK for C, so that engines and other languages can bind it.
  *
  *   tessera_client *client;
  *   if (tessera_connect("127.0.0.1:7300", 10, &client) != TESSERA_OK) puts(tessera_error_message());
@@ -182,14 +182,73 @@ typedef struct tessera_hit {
 TESSERA_API tessera_code tessera_raycast(tessera_client* client, const tessera_position* origin,
                                          const double direction[3], double length, tessera_hit* hit);
 
-typedef struct tessera_body {
+struct tessera_body {
   uint64_t id;
   tessera_position position; /* of the body frame */
   double orientation[4];
   double linear_velocity[3];  /* of the centre of mass, m/s */
   double angular_velocity[3]; /* rad/s */
   bool asleep;
-} tessera_body;
+};
+
+/* Commands, ticks and queries in one message: commands take effect together at one tick, or none of them
+ * does; queries are answered together at one tick, after the commands' ticks. Anything that the cluster can
+ * do is in JSON (the message Request of proto/tessera.proto); what a game or a controller does in each frame
+ * has calls of its own. */
+typedef struct tessera_batch tessera_batch;
+typedef struct tessera_answers tessera_answers;
+
+/* `json`, for example {"commands": [{"remove": {"prefix": "car::"}}], "ticks": 1, "queries": [{"hash": {}}]};
+ * null: an empty batch. Release it with tessera_batch_free(). INVALID_ARGUMENT, naming the field. */
+TESSERA_API tessera_code tessera_batch_new(const char* json, tessera_batch** batch);
+TESSERA_API void tessera_batch_free(tessera_batch* batch); /* does nothing for null */
+
+/* Add a command. Null for a vector: 0; for an orientation: it stays. */
+TESSERA_API void tessera_batch_set_velocity(tessera_batch* batch, uint64_t body, const double linear[3],
+                                            const double angular[3]);
+TESSERA_API void tessera_batch_apply_impulse(tessera_batch* batch, uint64_t body, const double impulse[3],
+                                             const double lever[3]);
+TESSERA_API void tessera_batch_apply_force(tessera_batch* batch, uint64_t body, const double force[3],
+                                           const double torque[3]);
+TESSERA_API void tessera_batch_teleport(tessera_batch* batch, uint64_t body, const tessera_position* position,
+                                        const double orientation[4]);
+TESSERA_API void tessera_batch_set_kinematic_target(tessera_batch* batch, uint64_t body,
+                                                    const tessera_position* position,
+                                                    const double orientation[4]);
+/* A servo of the first axis: stiffness (target - position) - damping rate; rad or m, and N m or N for these.
+ */
+TESSERA_API void tessera_batch_set_servo(tessera_batch* batch, uint64_t joint, double target,
+                                         double stiffness, double damping);
+TESSERA_API void tessera_batch_remove(tessera_batch* batch, uint64_t body);
+
+/* Ticks that a paused world runs after the commands, before the queries. */
+TESSERA_API void tessera_batch_set_ticks(tessera_batch* batch, uint64_t ticks);
+
+/* Add a query; its place is that of its result. `except`: passed through, or 0. */
+TESSERA_API size_t tessera_batch_ray(tessera_batch* batch, const tessera_position* origin,
+                                     const double direction[3], double length, uint64_t except);
+TESSERA_API size_t tessera_batch_states(tessera_batch* batch, const uint64_t* bodies, size_t count);
+
+/* Sends the batch, and waits for the answers, at most `timeout` s (negative: indefinitely). Release them with
+ * tessera_answers_free(). The error names the element; then nothing was done. */
+TESSERA_API tessera_code tessera_run(tessera_client* client, const tessera_batch* batch, double timeout,
+                                     tessera_answers** answers);
+TESSERA_API void tessera_answers_free(tessera_answers* answers); /* does nothing for null */
+
+/* The tick of the results; and that at whose beginning the commands take effect, 0 without any. */
+TESSERA_API uint64_t tessera_answers_tick(const tessera_answers* answers);
+TESSERA_API uint64_t tessera_answers_effect(const tessera_answers* answers);
+
+typedef struct tessera_body tessera_body;
+
+/* The result at `place`: of a ray; of states, of which the first `capacity` are written, ascending by id, and
+ * all are counted. INVALID_ARGUMENT for a place of another kind of query. */
+TESSERA_API tessera_code tessera_answers_ray(const tessera_answers* answers, size_t place, tessera_hit* hit);
+TESSERA_API tessera_code tessera_answers_states(const tessera_answers* answers, size_t place,
+                                                tessera_body* bodies, size_t capacity, size_t* count);
+
+/* All of the answers: the message Reply as JSON, valid as long as they are. */
+TESSERA_API const char* tessera_answers_json(tessera_answers* answers);
 
 /* Subscribes to the states of bodies, merged over all servers; without ids, of all bodies that are not
  * static. Release the stream with tessera_unwatch(). FAILED_PRECONDITION if there is nothing to watch. */
