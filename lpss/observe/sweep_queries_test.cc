@@ -184,5 +184,29 @@ TEST(SweepQuery, StopsAtAPlaneAndAtOnceWhereItOverlaps) {
   }
 }
 
+// Bullet's own cast is less exact.
+TEST(SweepQuery, UnderThePolicyCloneBulletAnswers) {
+  WorldBuilder builder(sectors_of(8, SeamPolicy::kClone));
+  add_ball(builder, "ball", 0.5, {13, 0.3, 0});
+  builder.add("ground", builder.shape(Plane{}), 1, {0, 0, -3}, Motion::kStatic);
+  auto cluster = cluster_of(builder.world(), 1);
+  const auto go = [&](const WorldPosition& from, const Eigen::Vector3d& direction) {
+    return sweep(cluster->partition(0), Sphere{0.25}, {from}, direction, 50, kAny);
+  };
+  const auto hit = go({}, Eigen::Vector3d::UnitX());
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(hit->body, BodyId{1});
+  EXPECT_NEAR(hit->distance, 13 - std::sqrt(0.75 * 0.75 - 0.09), 0.05);
+  EXPECT_LT(hit->normal.x(), -0.8);
+  const auto below = go({}, kDown);
+  ASSERT_TRUE(below);
+  EXPECT_EQ(below->body, BodyId{2});
+  EXPECT_NEAR(below->distance, 2.75, 0.05);
+  const auto inside = go({{2, 0, 0}, {-3.2, 0.3, 0}}, Eigen::Vector3d::UnitX());
+  ASSERT_TRUE(inside);
+  EXPECT_EQ(inside->distance, 0);
+  EXPECT_LT(inside->normal.x(), -0.9);
+}
+
 }  // namespace
 }  // namespace tessera
