@@ -86,11 +86,11 @@ TEST(Commands, TeleportsAreOfTheCentreFrame) {
 
 TEST(Commands, TeleportsThatKeepTheOrientationAreOfTheBodyFrame) {
   const auto cluster = loaded_cluster();
-  v1::TeleportRequest request = teleport("egg", {{{7, 0, 0}, {49.9, 0, 0}}, Eigen::Quaterniond(0, 0, 0, 0)});
-  request.set_keeps_orientation(true);
-  request.set_keeps_angular_velocity(true);
-  request.mutable_angular_velocity()->set_x(std::nan(""));
-  ASSERT_TRUE(cluster->apply(request)->ok());
+  v1::Command command = teleport("egg", {{{7, 0, 0}, {49.9, 0, 0}}, Eigen::Quaterniond(0, 0, 0, 0)});
+  command.mutable_teleport()->set_keeps_orientation(true);
+  command.mutable_teleport()->set_keeps_angular_velocity(true);
+  command.mutable_teleport()->mutable_angular_velocity()->set_x(std::nan(""));
+  ASSERT_TRUE(cluster->apply(command)->ok());
   cluster->step(1);
   const auto commands = commands_of(cluster->work(kFirst));
   const Teleport& jump = std::get<Teleport>(commands.at(1).at(0));

@@ -13,7 +13,8 @@ using testing::IsEmpty;
 
 std::vector<std::string> joints(TestCluster& cluster, const std::string& prefix = "") {
   std::vector<std::string> names;
-  for (const auto& found : cluster.find_joints(prefix).joints()) names.push_back(found.joint().name());
+  const v1::FoundJoints all = cluster.find_joints(prefix);
+  for (const auto& found : all.joints()) names.push_back(found.joint().name());
   return names;
 }
 

@@ -72,7 +72,8 @@ class Models : public ::testing::Test {
     v1::FindBodies query;
     query.set_name_prefix(prefix);
     std::vector<std::string> names;
-    for (const auto& found : registry_.find(query).bodies()) names.push_back(found.name());
+    const v1::FoundBodies all = registry_.find(query);
+    for (const auto& found : all.bodies()) names.push_back(found.name());
     return names;
   }
 
@@ -189,7 +190,7 @@ TEST_F(Models, ComeToAPose) {
   const JointSide arm = side_of(bodies[1].record.state);
   EXPECT_NEAR((arm.linear_velocity - Eigen::Vector3d(0, 2, 0)).norm(), 0, 1e-12);
   EXPECT_NEAR((arm.angular_velocity - Eigen::Vector3d(-3, 0, 0)).norm(), 0, 1e-12);
-  const JointProperties& stand = all_of_kind<AddJoint>(given->commands)[2].record.properties;
+  const JointProperties stand = all_of_kind<AddJoint>(given->commands)[2].record.properties;
   EXPECT_EQ(stand.anchor, (SectorIndex{3, 0, -2}));
   EXPECT_NEAR((stand.in_parent.position - Eigen::Vector3d(10, 1, 1)).norm(), 0, 1e-12);
   EXPECT_NEAR(stand.in_parent.orientation.angularDistance(pose.orientation), 0, 1e-7);

@@ -64,8 +64,8 @@ class Takeover : public ::testing::Test {
         for (const v1::Grant& grant : cluster_->work(node)) {
           any = true;
           if (node != kFirst || grant.ticks() == 0) continue;
-          for (const Command& command : unpack_commands(grant.commands()).value())
-            commands.push_back(command);
+          const std::vector<Command> granted = unpack_commands(grant.commands()).value();
+          commands.insert(commands.end(), granted.begin(), granted.end());
         }
       }
     }
