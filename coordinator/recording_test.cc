@@ -17,7 +17,7 @@ TEST(RecordOnReplyTest, AWorldIsRecordedOnceItIsLoaded) {
     EXPECT_TRUE(inputs.empty());
     call.reply(status, {});
     ASSERT_EQ(inputs.size(), status.ok() ? 1u : 0u);
-    if (status.ok()) EXPECT_EQ(inputs.front().world().name(), "towers");
+    for (const v1::RecordedInput& input : inputs) EXPECT_EQ(input.world().name(), "towers");
   }
 }
 
