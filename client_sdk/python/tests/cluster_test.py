@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -56,17 +57,30 @@ def test_world_of_double_precision() -> None:
         assert client.step(10) == 10
 
 
-def test_example_plots_a_tower_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs the example with what it plots instead of a window."""
-    curves: list[tuple[Any, ...]] = []
+def run_example(name: str, monkeypatch: pytest.MonkeyPatch, **plots: Any) -> dict[str, Any]:
+    """What an example has in the end that plots with these functions instead of in a window."""
     pyplot = ModuleType("matplotlib.pyplot")
-    vars(pyplot).update(
-        plot=lambda *data, **_: curves.append(data), xlabel=print, ylabel=print, legend=print, show=print
-    )
+    vars(pyplot).update(plots, xlabel=print, ylabel=print, show=print)
     monkeypatch.setitem(sys.modules, "matplotlib", ModuleType("matplotlib"))
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", pyplot)
     monkeypatch.chdir(WORLDS.parent)
-    runpy.run_path(str(EXAMPLES / "push_a_tower.py"))
+    return runpy.run_path(str(EXAMPLES / name))
+
+
+def test_example_drives_a_pendulum_in_lock_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    done = run_example("lock_step.py", monkeypatch, subplots=lambda _: (None, (MagicMock(), MagicMock())))
+    positions, distances = np.array(done["positions"]), np.array(done["distances"])
+    targets = 0.5 * np.cos((done["TICKS"] - 1) / 20)
+    assert positions.shape == (done["TICKS"], 2)
+    assert positions[-1, 1] == pytest.approx(targets, abs=0.1)
+    assert distances.shape == (done["TICKS"], 101)
+    assert 2 < distances.min() < 4
+    assert np.isinf(distances[:, 0]).all()
+
+
+def test_example_plots_a_tower_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:
+    curves: list[tuple[Any, ...]] = []
+    run_example("push_a_tower.py", monkeypatch, plot=lambda *data, **_: curves.append(data))
     ((time, heights),) = curves
     assert heights.shape == (len(time), 10)
     assert np.diff(time) == pytest.approx(1 / 60)
