@@ -36,7 +36,7 @@ v1::RayHits merged(std::vector<v1::RayHits::Hit> hits, bool all, const WorldPosi
     const auto position = canonical(origin.sector, origin.local + way, world.settings().sector_size);
     if (position.ok()) *hit.mutable_position() = to_proto(*position);
     *result.add_hits() = std::move(hit);
-    if (!all) break;
+    if (!all || result.hits_size() == kRayHitsMax) break;
   }
   return result;
 }

@@ -32,7 +32,7 @@ class Coordinator::Impl {
   explicit Impl(const CoordinatorOptions& options);
 
   absl::Status resume_stored() { return slot_.resume_stored(sessions_); }
-  void handle(ClientRequest request, Nanoseconds now);
+  void handle(std::vector<ClientRequest> requests, Nanoseconds now);
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now);
   bool suspect(NodeId node, Nanoseconds now);
   void lost(NodeId node, const std::string& how, Nanoseconds now);
@@ -65,6 +65,7 @@ class Coordinator::Impl {
   template <AboutLoadedWorld AnyCall>
   void on(AnyCall& call, Nanoseconds now);
 
+  void handle_one(ClientRequest& request, Nanoseconds now);
   void on_hello(NodeId from, const v1::Hello& hello, Nanoseconds now);
   void on_stranger(NodeId from);
   void heard(Server& server, Nanoseconds now);
@@ -110,7 +111,12 @@ const Sequencer* Coordinator::Impl::running() const {
   return hosted && !hosted->loading() ? &hosted->world().sequencer : nullptr;
 }
 
-void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
+void Coordinator::Impl::handle(std::vector<ClientRequest> requests, Nanoseconds now) {
+  for (ClientRequest& request : requests) handle_one(request, now);
+  if (!requests.empty()) flush(now);
+}
+
+void Coordinator::Impl::handle_one(ClientRequest& request, Nanoseconds now) {
   std::visit(
       [&]<typename Request, typename Answer>(Call<Request, Answer>& call) {
         if (finished_) return call.reply(absl::UnavailableError("the coordinator is shutting down"), {});
@@ -121,7 +127,6 @@ void Coordinator::Impl::handle(ClientRequest request, Nanoseconds now) {
         on(call, now);
       },
       request);
-  flush(now);
 }
 
 // Queries alone change nothing: they may be made again.
@@ -370,7 +375,14 @@ void Coordinator::Impl::leave_world(const absl::Status& status) {
 Coordinator::Coordinator(const CoordinatorOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Coordinator::~Coordinator() = default;
 
-void Coordinator::handle(ClientRequest request, Nanoseconds now) { impl_->handle(std::move(request), now); }
+void Coordinator::handle(std::vector<ClientRequest> requests, Nanoseconds now) {
+  impl_->handle(std::move(requests), now);
+}
+void Coordinator::handle(ClientRequest request, Nanoseconds now) {
+  std::vector<ClientRequest> requests;
+  requests.push_back(std::move(request));
+  handle(std::move(requests), now);
+}
 void Coordinator::receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
   impl_->receive(from, std::move(message), now);
 }

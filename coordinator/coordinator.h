@@ -83,6 +83,8 @@ class Coordinator {
   absl::Status resume_stored();
 
   // Each call may add outgoing messages, which the shell then takes and sends.
+  // What several requests bring is stored, and goes out, together.
+  void handle(std::vector<ClientRequest> requests, Nanoseconds now);
   void handle(ClientRequest request, Nanoseconds now);
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now);
   // The transport has lost contact with a server, which may have ended or only stalled: it is a suspect until

@@ -118,7 +118,7 @@ bool CoordinatorProcess::serve(Coordinator& coordinator, DdsLink& link, const st
   while (!coordinator.finished() && leads()) {
     pulse_.beat();
     if (signals_.wanted()) coordinator.retire();
-    for (ClientRequest& request : queue_.take()) coordinator.handle(std::move(request), now());
+    coordinator.handle(queue_.take(), now());
     send();
     if (coordinator.finished()) break;
     const Nanoseconds deadline = coordinator.next_deadline().value_or(now() + std::chrono::seconds(1));

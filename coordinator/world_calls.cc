@@ -130,7 +130,8 @@ std::optional<v1::Applied> WorldCalls::on(Call<v1::Request, v1::Reply>& call,
     context_.journal.add(std::move(plan->recorded), call.id);
   }
   const v1::Applied applied = reply.applied();
-  Tick after = request.after();
+  // No later one is known to anybody, but of another world.
+  Tick after = std::min(request.after(), world_.sequencer.next_command_tick());
   reply.set_tick(world_.sequencer.completed());
   if (request.ticks() > 0) {
     const Tick target = reply.applied().tick() - 1 + request.ticks();

@@ -304,7 +304,7 @@ struct Batch {
   CommandList commands;
   std::uint64_t ticks = 0;  // of a world that is paused
   QueryList queries;        // answered after these ticks; without any, at once, but
-  Tick after = 0;           // not before the end of this tick, as long as the world runs
+  Tick after = 0;           // not before this tick of earlier commands is over, as long as the world runs
 };
 
 class Answers {

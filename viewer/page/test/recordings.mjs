@@ -31,7 +31,7 @@ export const kTopics = {
   '/tessera/bodies': 'tessera.v1.BodyBatch',
   '/tessera/static_bodies': 'tessera.v1.BodyBatch',
   '/tessera/contacts': 'tessera.v1.ContactBatch',
-  '/tessera/catalogue': 'tessera.v1.FindBodiesReply',
+  '/tessera/catalogue': 'tessera.v1.FoundBodies',
 };
 export const kTimeStep = 1 / 60;
 

@@ -16,7 +16,7 @@ const kTypes = {
   [kBodies]: 'tessera.v1.BodyBatch',
   [kStatics]: 'tessera.v1.BodyBatch',
   [kContacts]: 'tessera.v1.ContactBatch',
-  [kCatalogue]: 'tessera.v1.FindBodiesReply',
+  [kCatalogue]: 'tessera.v1.FoundBodies',
 };
 const kMetadata = 'tessera';
 

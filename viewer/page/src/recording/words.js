@@ -28,7 +28,7 @@ export const partsOf = ({parts}) => parts.map(({geometry: {kind}, pose}) => ({
                                                 orientation: quaternionOf(pose?.orientation),
                                               }));
 
-// A body of a tessera.v1.FindBodiesReply.
+// A body of a tessera.v1.FoundBodies.
 export const bodyOf = ({id, name, properties}) => ({
   id: Number(id),
   name,
