@@ -34,6 +34,7 @@ WorldDescription robot(JointType type) {
     body.properties.principal_axes = {axes.x(), axes.y(), axes.z(), axes.w()};
     body.pose.position.local = {3 * n, 0, 0};
   }
+  world.bodies[3].pose.position.sector = {0, 0, 1};
   const auto add = [&](const char* name, JointType of, std::uint64_t parent,
                        std::uint64_t child) -> JointProperties& {
     JointDescription& joint = world.joints.emplace_back();
