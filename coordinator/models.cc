@@ -54,11 +54,11 @@ absl::Status move(WorldDescription& model, const WorldPose& origin) {
 void give_names(WorldDescription& model, const std::string& prefix, const ModelNames& names) {
   for (std::size_t n = 0; n < model.bodies.size(); ++n) {
     std::string& name = model.bodies[n].name;
-    name = name.empty() && prefix.empty() ? names.body(n) : absl::StrCat(prefix, name);
+    name = absl::StrCat(prefix, name.empty() ? names.body(n) : name);
   }
   for (std::size_t n = 0; n < model.joints.size(); ++n) {
     std::string& name = model.joints[n].name;
-    name = name.empty() ? names.joint(n) : absl::StrCat(prefix, name);
+    name = absl::StrCat(prefix, name.empty() ? names.joint(n) : name);
   }
   for (FrameDescription& frame : model.frames) frame.name = prefix + frame.name;
 }

@@ -94,7 +94,9 @@ absl::StatusOr<WorldCalls::Plan> WorldCalls::plan(const v1::Request& request, bo
     absl::StatusOr<GivenCommands> given =
         give(request.commands(), world_.registry, at, context_.options.shape_bytes_max);
     if (!given.ok()) return given.status();
-    if (absl::Status status = room_for(*given); !status.ok()) return status;
+    if (!given->commands.empty()) {
+      if (absl::Status status = room_for(*given); !status.ok()) return status;
+    }
     plan.given = *std::move(given);
   }
   absl::StatusOr<AskedQueries> queries = AskedQueries::checked(request.queries(), world_.registry);
