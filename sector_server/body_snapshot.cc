@@ -58,6 +58,17 @@ void describe(const BodiesInOrder& bodies, double sector_size, v1::BodyColumns& 
   }
 }
 
+void pack(const BodiesInOrder& bodies, double sector_size, BodyPacker& packer, v1::BodyBatch& batch) {
+  packer.begin();
+  for (const BodySnapshot::Body* body : bodies) {
+    const BodyState& state = body->state;
+    packer.add({body->id, body_pose(body->home, state, body->centre_frame, sector_size),
+                Eigen::Vector3d(state.linear_velocity.data()), Eigen::Vector3d(state.angular_velocity.data()),
+                state.activity == Activity::kAsleep},
+               *batch.mutable_packed());
+  }
+}
+
 }  // namespace
 
 std::size_t bytes_of(const BodySnapshot& snapshot) {
@@ -65,19 +76,35 @@ std::size_t bytes_of(const BodySnapshot& snapshot) {
          snapshot.gone.capacity() * sizeof(BodyId);
 }
 
-void describe(const BodySnapshot& snapshot, NodeId node, bool in_columns, v1::BodyBatch& batch) {
+absl::StatusOr<std::optional<PackedPrecision>> precision_of(const v1::WatchBodiesRequest& request) {
+  if (request.precision() == 0 && request.velocity_precision() == 0) return std::nullopt;
+  const PackedPrecision precision{request.precision(), request.velocity_precision()};
+  if (absl::Status status = check(precision); !status.ok()) return status;
+  return precision;
+}
+
+BodyBatches::BodyBatches(const v1::WatchBodiesRequest& request) : in_columns_(request.in_columns()) {
+  const auto precision = precision_of(request);
+  if (precision.ok() && *precision) packer_.emplace(**precision);
+}
+
+void BodyBatches::write(const BodySnapshot& snapshot, NodeId node, v1::BodyBatch& batch) {
   batch.Clear();
   batch.set_tick(snapshot.tick);
   batch.set_node(node.value);
   *batch.mutable_source() = snapshot.source;
+  batch.set_whole(snapshot.whole);
+  for (const BodyId id : snapshot.gone) batch.add_gone(id.value);
   const BodiesInOrder bodies = by_id(snapshot);
-  if (in_columns) {
+  if (packer_) {
+    if (snapshot.whole) packer_->clear();
+    for (const BodyId id : snapshot.gone) packer_->forget(id);
+    pack(bodies, snapshot.sector_size, *packer_, batch);
+  } else if (in_columns_) {
     if (!bodies.empty()) describe(bodies, snapshot.sector_size, *batch.mutable_columns());
   } else {
     for (const auto* body : bodies) describe(*body, snapshot.sector_size, *batch.add_bodies());
   }
-  for (const BodyId id : snapshot.gone) batch.add_gone(id.value);
-  batch.set_whole(snapshot.whole);
 }
 
 }  // namespace tessera

@@ -1,10 +1,14 @@
 // What a stream tells of bodies at the end of a tick, before it is serialised.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "lpss/model/body.h"
+#include "proto/packed_bodies.h"
 #include "tessera.pb.h"
 #include "transport/link.h"
 
@@ -29,7 +33,20 @@ struct BodySnapshot {
 
 std::size_t bytes_of(const BodySnapshot& snapshot);
 
-// Writes the batch of a snapshot, all of it, in columns or body by body.
-void describe(const BodySnapshot& snapshot, NodeId node, bool in_columns, v1::BodyBatch& batch);
+// Writes the batches of one call, as its request asks for.
+class BodyBatches {
+ public:
+  explicit BodyBatches(const v1::WatchBodiesRequest& request);
+
+  // All snapshots that are sent, in their order.
+  void write(const BodySnapshot& snapshot, NodeId node, v1::BodyBatch& batch);
+
+ private:
+  const bool in_columns_;
+  std::optional<BodyPacker> packer_;
+};
+
+// What the request says of precision; nothing where it wants all digits. INVALID_ARGUMENT.
+absl::StatusOr<std::optional<PackedPrecision>> precision_of(const v1::WatchBodiesRequest& request);
 
 }  // namespace tessera

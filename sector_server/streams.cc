@@ -363,9 +363,11 @@ grpc::Status Streams::serve(List<S>& list, grpc::ServerContext* context, const R
 
 grpc::Status Streams::WatchBodies(grpc::ServerContext* context, const v1::WatchBodiesRequest* request,
                                   grpc::ServerWriter<v1::BodyBatch>* writer) {
+  if (const auto precision = precision_of(*request); !precision.ok()) return to_grpc(precision.status());
+  BodyBatches batches(*request);
   v1::BodyBatch batch;  // reused for all batches, with its memory
   return serve(bodies_, context, *request, [&](const BodySnapshot& snapshot) {
-    describe(snapshot, node_, request->in_columns(), batch);
+    batches.write(snapshot, node_, batch);
     return writer->Write(batch);
   });
 }

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <deque>
 #include <map>
 #include <ostream>
 #include <random>
@@ -32,13 +33,27 @@ struct StreamCase {
   friend void PrintTo(const StreamCase& given, std::ostream* out) { *out << given.name; }
 };
 
-v1::WatchBodiesRequest in_region() {
+std::vector<std::uint64_t> ids_of(const std::map<BodyId, WorldPosition>& bodies) {
+  std::vector<std::uint64_t> ids;
+  for (const auto& [id, position] : bodies) ids.push_back(id.value);
+  return ids;
+}
+
+v1::WatchBodiesRequest in_region(double precision = 0) {
   v1::WatchBodiesRequest request;
+  request.set_in_columns(true);
+  request.set_precision(precision);
   *request.mutable_region()->mutable_half_size() = to_proto(Eigen::Vector3d(3, 3, 1.5));
   return request;
 }
-v1::WatchBodiesRequest of_ids(int count, bool awake = false) {
+v1::WatchBodiesRequest of_all(double precision = 0) {
   v1::WatchBodiesRequest request;
+  request.set_in_columns(true);
+  request.set_precision(precision);
+  return request;
+}
+v1::WatchBodiesRequest of_ids(int count, bool awake = false) {
+  v1::WatchBodiesRequest request = of_all();
   for (int n = 0; n < count; ++n) request.add_ids(1 + 2 * n);
   request.add_ids(kBodies + 1);  // static
   request.set_only_awake(awake);
@@ -55,6 +70,8 @@ class ToldWorld : public testing::TestWithParam<StreamCase> {
     for (Rank rank = 0; rank < GetParam().servers; ++rank) {
       cluster_->partition(rank).pack_after = 0;
       told_.emplace_back(GetParam().request);
+      batches_.emplace_back(GetParam().request);
+      readers_.emplace_back(GetParam().request);
     }
     changes_.resize(GetParam().servers);
     size_ = world.settings.sector_size;
@@ -115,9 +132,8 @@ class ToldWorld : public testing::TestWithParam<StreamCase> {
     told_[rank].told(snapshot);
     snapshot.tick = tick;
     v1::BodyBatch message;
-    describe(snapshot, NodeId{rank + 1}, /*in_columns=*/true, message);
-    bodies_told_ += static_cast<std::size_t>(message.columns().ids_size());
-    absl::StatusOr<BodyNews> news = BodyTraits::read(message);
+    batches_[rank].write(snapshot, NodeId{rank + 1}, message);
+    absl::StatusOr<BodyNews> news = readers_[rank].read(message);
     EXPECT_TRUE(news.ok()) << news.status();
     return *std::move(news);
   }
@@ -126,8 +142,9 @@ class ToldWorld : public testing::TestWithParam<StreamCase> {
   std::unique_ptr<PartitionCluster> cluster_;
   std::vector<BodyChanges> changes_;
   std::vector<ToldBodies> told_;
+  std::deque<BodyBatches> batches_;
+  std::vector<BodyReader> readers_;
   double size_ = 0;
-  std::size_t bodies_told_ = 0;
 };
 
 TEST_P(ToldWorld, IsTheWorld) {
@@ -153,9 +170,16 @@ TEST_P(ToldWorld, IsTheWorld) {
       ASSERT_TRUE(news.ok()) << news.status();
       ASSERT_EQ(news->tick, tick);
       std::map<BodyId, WorldPosition> frame;
-      for (const BodySample& body : known.take(*std::move(news)).bodies)
+      for (const BodySample& body : known.take(*news).bodies)
         frame.emplace(body.id, body.pose.position);
-      ASSERT_EQ(frame, expected()) << "tick " << tick;
+      const std::map<BodyId, WorldPosition> world = expected();
+      ASSERT_EQ(ids_of(frame), ids_of(world)) << "tick " << tick;
+      for (const auto& [id, position] : world) {
+        const WorldPosition& told = frame.at(id);
+        ASSERT_LE((relative_to(told, position.sector, size_) - position.local).norm(),
+                  GetParam().request.precision() * 1.000001)
+            << "tick " << tick;
+      }
       ++compared;
     }
     cluster_->step(some_commands());
@@ -165,7 +189,7 @@ TEST_P(ToldWorld, IsTheWorld) {
 
 INSTANTIATE_TEST_SUITE_P(
     Streams, ToldWorld,
-    testing::Values(StreamCase{"all", 1, {}}, StreamCase{"all_of_three", 3, {}},
+    testing::Values(StreamCase{"all", 1, of_all()}, StreamCase{"all_of_three", 3, of_all()},
                     StreamCase{"region", 3, in_region()}, StreamCase{"ids", 3, of_ids(20)},
                     StreamCase{"awake", 3, of_ids(20, true)}, StreamCase{"few", 1, of_ids(2)},
                     StreamCase{"seldom", 3,
@@ -174,7 +198,9 @@ INSTANTIATE_TEST_SUITE_P(
                                  request.set_every_ticks(7);
                                  return request;
                                }()},
-                    StreamCase{"slow", 3, {}, true}, StreamCase{"slow_region", 2, in_region(), true}),
+                    StreamCase{"slow", 3, of_all(), true}, StreamCase{"packed", 3, of_all(1e-3)},
+                    StreamCase{"slow_packed", 3, in_region(1e-3), true},
+                    StreamCase{"slow_region", 2, in_region(), true}),
     [](const auto& given) { return std::string(given.param.name); });
 
 TEST(ToldBodies, SayNothingOfSleepers) {

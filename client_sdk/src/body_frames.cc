@@ -15,13 +15,23 @@ bool is_same(const BodySample& a, const BodySample& b) {
 
 }  // namespace
 
-BodyFrame KnownBodies::take(BodyNews news) {
-  BodyFrame frame;
-  frame.tick = news.tick;
+BodyFrame KnownBodies::take(const BodyNews& news) {
   lost_.clear();
   note_lost(news);
+  return frame_of(news.tick, news.bodies);
+}
+
+BodyFrame KnownBodies::replace(Tick tick, const std::vector<BodySample>& all) {
+  lost_.clear();
+  for (const auto& [id, body] : known_) lost_.emplace(id, body.server);
+  return frame_of(tick, all);
+}
+
+BodyFrame KnownBodies::frame_of(Tick tick, const std::vector<BodySample>& told) {
+  BodyFrame frame;
+  frame.tick = tick;
   std::optional<BodyNews::Gone> last;
-  for (const BodySample& body : news.bodies) {
+  for (const BodySample& body : told) {
     if (last && last->id == body.id) {
       also_at_.insert_or_assign(body.id, body.server);
       continue;

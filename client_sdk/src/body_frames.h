@@ -19,9 +19,12 @@ class KnownBodies {
   explicit KnownBodies(bool complete) : complete_(complete) {}
 
   // The frame of the next tick. What servers tell again without need is not in it.
-  BodyFrame take(BodyNews news);
+  BodyFrame take(const BodyNews& news);
+  // Likewise, where `all` are the bodies of that tick, ascending by id.
+  BodyFrame replace(Tick tick, const std::vector<BodySample>& all);
 
  private:
+  BodyFrame frame_of(Tick tick, const std::vector<BodySample>& told);
   void note_lost(const BodyNews& news);
   void lose(const BodyNews::Gone& gone);
 
@@ -39,9 +42,9 @@ class FramesOfBodies final : public BodyStream {
       : news_(std::move(news)), known_(complete) {}
 
   absl::StatusOr<BodyFrame> next(absl::Duration timeout) override {
-    absl::StatusOr<BodyNews> news = news_->next(timeout);
+    const absl::StatusOr<BodyNews> news = news_->next(timeout);
     if (!news.ok()) return news.status();
-    return known_.take(*std::move(news));
+    return known_.take(*news);
   }
   void cancel() override { news_->cancel(); }
   std::uint64_t skipped() const override { return news_->skipped(); }

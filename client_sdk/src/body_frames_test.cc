@@ -135,7 +135,7 @@ BodyNews at(Tick tick, BodyNews told) {
 BodyFrame next_frame(StreamMerger<BodyNews>& merger, KnownBodies& known) {
   absl::StatusOr<BodyNews> told = merger.next(absl::ZeroDuration());
   EXPECT_TRUE(told.ok()) << told.status();
-  return told.ok() ? known.take(*std::move(told)) : BodyFrame();
+  return told.ok() ? known.take(*told) : BodyFrame();
 }
 
 TEST(BodyNews, OfTicksThatNotAllTellOfAreInTheNextFrame) {

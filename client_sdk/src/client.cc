@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "client_sdk/src/body_frames.h"
+#include "client_sdk/src/body_subscriptions.h"
 #include "client_sdk/src/client_impl.h"
 #include "client_sdk/src/joint_stream.h"
 #include "client_sdk/src/stream_traits.h"
@@ -281,15 +281,11 @@ absl::StatusOr<FoundFrame> Client::find_frame(const std::string& name, absl::Dur
 
 absl::StatusOr<std::unique_ptr<BodyStream>> Client::watch_bodies(const BodyFilter& filter,
                                                                  absl::Duration timeout) {
-  v1::WatchBodiesRequest request;
-  if (filter.region) *request.mutable_region() = to_proto(*filter.region);
-  for (const BodyId& id : filter.ids) request.add_ids(id.value);
-  request.set_every_ticks(filter.every_ticks);
-  request.set_only_awake(filter.only_awake);
-  request.set_in_columns(true);
-  absl::StatusOr<std::unique_ptr<Stream<BodyNews>>> news = impl_->watch<BodyTraits>(request, timeout);
-  if (!news.ok()) return news.status();
-  return std::make_unique<FramesOfBodies>(*std::move(news), filter.complete);
+  if (!filter.follow) return subscribe(impl_->subscriber(), filter, timeout);
+  const absl::StatusOr<ClusterStatus> now = status(timeout);
+  if (!now.ok()) return now.status();
+  if (!now->settings) return absl::FailedPreconditionError("no world is loaded: there is nothing to watch");
+  return subscribe_following(impl_->subscriber(), filter, now->settings->sector_size, timeout);
 }
 
 absl::StatusOr<std::unique_ptr<ContactStream>> Client::watch_contacts(const ContactFilter& filter,
@@ -297,7 +293,7 @@ absl::StatusOr<std::unique_ptr<ContactStream>> Client::watch_contacts(const Cont
   v1::WatchContactsRequest request;
   for (const BodyId& id : filter.ids) request.add_ids(id.value);
   request.set_persisting(filter.persisting);
-  return impl_->watch<ContactTraits>(request, timeout);
+  return impl_->subscriber().watch<ContactTraits>(request, timeout);
 }
 
 absl::StatusOr<std::unique_ptr<SeamStream>> Client::watch_seams(const SeamFilter& filter,
@@ -305,11 +301,11 @@ absl::StatusOr<std::unique_ptr<SeamStream>> Client::watch_seams(const SeamFilter
   v1::WatchSeamsRequest request;
   if (filter.region) *request.mutable_region() = to_proto(*filter.region);
   request.set_every_ticks(filter.every_ticks);
-  return impl_->watch<SeamTraits>(request, timeout);
+  return impl_->subscriber().watch<SeamTraits>(request, timeout);
 }
 
 absl::StatusOr<std::unique_ptr<DivergenceStream>> Client::watch_divergences(absl::Duration timeout) {
-  return impl_->watch<DivergenceTraits>(v1::WatchDivergencesRequest(), timeout);
+  return impl_->subscriber().watch<DivergenceTraits>(v1::WatchDivergencesRequest(), timeout);
 }
 
 absl::StatusOr<std::unique_ptr<JointStream>> Client::watch_joints(const std::vector<FoundJoint>& joints,

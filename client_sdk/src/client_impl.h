@@ -20,7 +20,7 @@
 #include "client_sdk/src/coordinators.h"
 #include "client_sdk/src/query_list.h"
 #include "client_sdk/src/request_session.h"
-#include "client_sdk/src/server_stream.h"
+#include "client_sdk/src/subscriber.h"
 #include "keys/keys_folder.h"
 #include "proto/disk.h"
 #include "proto/status.h"
@@ -29,8 +29,6 @@
 #include "tessera/client.h"
 
 namespace tessera {
-
-inline constexpr absl::Duration kStatusTimeout = absl::Seconds(2);
 
 class Client::Impl {
  public:
@@ -122,44 +120,12 @@ class Client::Impl {
     return reply->tick();
   }
 
-  // Subscribes at every server that takes part in the world, and waits until all of them have answered. A
-  // world that recovers is waited for.
-  template <typename Traits>
-  absl::StatusOr<std::unique_ptr<Stream<typename Traits::Frame>>> watch(
-      const typename Traits::Request& request, absl::Duration timeout) {
-    const absl::Time deadline = absl::Now() + timeout;
-    const absl::StatusOr<v1::StatusReply> status = watchable(deadline);
-    if (!status.ok()) return status.status();
-    auto stream = std::make_unique<ServerStreams<Traits>>(
-        request, *status, keys_, [coordinators = coordinators_]() -> absl::StatusOr<v1::StatusReply> {
-          return coordinators->call(&v1::Tessera::Stub::GetStatus, v1::StatusRequest(), kStatusTimeout);
-        });
-    if (absl::Status subscribed = stream->wait_for_all(deadline - absl::Now()); !subscribed.ok())
-      return subscribed;
-    return stream;
-  }
+  Subscriber subscriber() const { return {keys_, coordinators_}; }
 
  private:
   void note(Tick applied) {
     Tick last = last_applied_;
     while (last < applied && !last_applied_.compare_exchange_weak(last, applied)) {
-    }
-  }
-
-  // With servers that take part in the world.
-  absl::StatusOr<v1::StatusReply> watchable(absl::Time deadline) {
-    for (;;) {
-      absl::StatusOr<v1::StatusReply> status =
-          call(&v1::Tessera::Stub::GetStatus, v1::StatusRequest(), deadline - absl::Now());
-      if (!status.ok()) return status;
-      if (status->state() == "empty")
-        return absl::FailedPreconditionError("no world is loaded: there is nothing to watch");
-      const auto takes_part = [](const v1::ServerStatus& server) { return server.takes_part(); };
-      if (std::any_of(status->servers().begin(), status->servers().end(), takes_part)) return status;
-      if (status->state() != "recovering" || !Coordinators::is_worth_another(deadline)) {
-        return absl::FailedPreconditionError(absl::StrCat(
-            "the world is ", status->state(), ": no server takes part in it that could be watched"));
-      }
     }
   }
 

@@ -132,11 +132,12 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
 
   void read(const std::string& address, Reader& reader) {
     const auto stream = Traits::open(*reader.stub, &reader.context, request_);
+    typename Traits::Reader batches(request_);
     typename Traits::Batch batch;
     std::pair<std::uint64_t, Tick> servers;  // epoch, first tick
     std::optional<std::uint64_t> node;
     while (stream->Read(&batch)) {
-      absl::StatusOr<Frame> frame = Traits::read(batch);
+      absl::StatusOr<Frame> frame = batches.read(batch);
       if (!frame.ok()) {
         end(absl::DataLossError(absl::StrCat("sector server at ", address, ": ", frame.status().message())));
         break;
@@ -151,8 +152,8 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
     reader.context.TryCancel();
     const absl::Status why = from_grpc(stream->Finish());
     if (node) merger_.ended(*node);
-    if (why.code() == absl::StatusCode::kResourceExhausted) {
-      end(absl::ResourceExhaustedError(absl::StrCat("sector server at ", address, ": ", why.message())));
+    if (absl::IsResourceExhausted(why) || absl::IsInvalidArgument(why)) {
+      end({why.code(), absl::StrCat("sector server at ", address, ": ", why.message())});
     } else if (merger_.has_ended()) {
       end(why);  // the merger has told the reason
     }

@@ -10,6 +10,7 @@
 
 #include "client_sdk/src/body_news.h"
 #include "proto/convert.h"
+#include "proto/packed_bodies.h"
 #include "tessera.grpc.pb.h"
 #include "tessera/stream.h"
 
@@ -26,40 +27,79 @@ inline bool agree(const v1::BodyColumns& columns) {
          });
 }
 
-struct BodyTraits {
-  using Frame = BodyNews;
-  using Request = v1::WatchBodiesRequest;
-  using Batch = v1::BodyBatch;
+// Reads the batches of one call, in their order.
+class BodyReader {
+ public:
+  explicit BodyReader(const v1::WatchBodiesRequest& request)
+      : unpacker_({request.precision(), request.velocity_precision()}) {}
 
-  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
-    return stub.WatchBodies(context, request);
+  absl::StatusOr<BodyNews> read(const v1::BodyBatch& batch) {
+    BodyNews news;
+    news.tick = batch.tick();
+    news.servers = {batch.node()};
+    if (batch.whole()) {
+      news.whole = {batch.node()};
+      unpacker_.clear();
+    }
+    for (const std::uint64_t id : batch.gone()) {
+      news.gone.push_back({BodyId{id}, batch.node()});
+      unpacker_.forget(BodyId{id});
+    }
+    const absl::Status status = batch.has_packed() ? read(batch.packed(), news) : read(batch.columns(), news);
+    if (!status.ok()) return status;
+    for (BodySample& body : news.bodies) body.server = batch.node();
+    return news;
   }
-  static absl::StatusOr<Frame> read(const Batch& batch) {
-    const v1::BodyColumns& columns = batch.columns();
+
+ private:
+  absl::Status read(const v1::PackedBodies& packed, BodyNews& news) {
+    return unpacker_.read(packed, [&](const PackedBody& body) {
+      news.bodies.push_back({body.id, body.pose, body.linear_velocity, body.angular_velocity, body.asleep});
+    });
+  }
+  static absl::Status read(const v1::BodyColumns& columns, BodyNews& news) {
     if (!agree(columns)) return absl::DataLossError("it told of bodies in columns of different lengths");
     std::vector<SectorIndex> sectors;
     for (const v1::SectorIndex& sector : columns.sectors()) sectors.push_back(from_proto(sector));
-    Frame frame;
-    frame.tick = batch.tick();
-    frame.servers = {batch.node()};
-    if (batch.whole()) frame.whole = {batch.node()};
-    for (const std::uint64_t id : batch.gone()) frame.gone.push_back({BodyId{id}, batch.node()});
-    frame.bodies.resize(static_cast<std::size_t>(columns.ids_size()));
+    news.bodies.resize(static_cast<std::size_t>(columns.ids_size()));
     for (int n = 0; n < columns.ids_size(); ++n) {
-      BodySample& body = frame.bodies[n];
+      BodySample& body = news.bodies[n];
       body.id = BodyId{columns.ids(n)};
       body.pose.position = {sectors[columns.sector(n)], Eigen::Vector3d(&columns.positions().Get(3 * n))};
       body.pose.orientation = Eigen::Quaterniond(&columns.orientations().Get(4 * n));
       body.linear_velocity = Eigen::Vector3d(&columns.linear_velocities().Get(3 * n));
       body.angular_velocity = Eigen::Vector3d(&columns.angular_velocities().Get(3 * n));
       body.asleep = columns.asleep(n);
-      body.server = batch.node();
     }
-    return frame;
+    return absl::OkStatus();
+  }
+
+  BodyUnpacker unpacker_;
+};
+
+// Reads the batches of one call, which do not refer to each other.
+template <typename Traits>
+struct PlainReader {
+  explicit PlainReader(const typename Traits::Request&) {}
+
+  absl::StatusOr<typename Traits::Frame> read(const typename Traits::Batch& batch) {
+    return Traits::read(batch);
+  }
+};
+
+struct BodyTraits {
+  using Frame = BodyNews;
+  using Request = v1::WatchBodiesRequest;
+  using Batch = v1::BodyBatch;
+  using Reader = BodyReader;
+
+  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
+    return stub.WatchBodies(context, request);
   }
 };
 
 struct ContactTraits {
+  using Reader = PlainReader<ContactTraits>;
   using Frame = ContactFrame;
   using Request = v1::WatchContactsRequest;
   using Batch = v1::ContactBatch;
@@ -92,6 +132,7 @@ struct ContactTraits {
 };
 
 struct SeamTraits {
+  using Reader = PlainReader<SeamTraits>;
   using Frame = SeamFrame;
   using Request = v1::WatchSeamsRequest;
   using Batch = v1::SeamBatch;
@@ -113,6 +154,7 @@ struct SeamTraits {
 };
 
 struct DivergenceTraits {
+  using Reader = PlainReader<DivergenceTraits>;
   using Frame = DivergenceFrame;
   using Request = v1::WatchDivergencesRequest;
   using Batch = v1::DivergenceBatch;

@@ -32,10 +32,21 @@ struct WatchedRegion {
 struct BodyFilter {
   std::optional<WatchedRegion> region;  // none: everywhere
   std::vector<BodyId> ids;              // empty: all that are not static
-  std::uint32_t every_ticks = 1;        // only ticks that are multiples of this
+  // The region goes with this body: `half_size` about where it is at each tick, whatever its centre is. The
+  // body itself is in the stream, too, wherever it goes and while it sleeps. Where it jumps by more than a
+  // quarter of the largest half size, or goes that far in the time of a call, bodies around it may come some
+  // ticks later. NOT_FOUND if there is no such body.
+  std::optional<BodyId> follow;
+  std::uint32_t every_ticks = 1;  // only ticks that are multiples of this
   bool only_awake = false;
   // Each frame has all bodies that match, at the cost of memory and time here, but of no bytes on the way.
   bool complete = false;
+  // Positions are sent with an error of at most this (m, 1e-6 to 1), orientations with one of at most as many
+  // rad, in some 10 bytes a body in the place of 114; 0: all digits. INVALID_ARGUMENT.
+  double precision = 0;
+  // With a precision, velocities are sent with an error of at most this (m/s and rad/s, 1e-6 to 1000), or,
+  // if it is 0, not at all: they are then zero.
+  double velocity_precision = 0;
 };
 
 struct BodySample {

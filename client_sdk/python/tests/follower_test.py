@@ -13,7 +13,7 @@ from conftest import PATIENCE_S
 import tessera
 from tessera import stream
 from tessera._proto import tessera_pb2, tessera_pb2_grpc
-from tessera.client import BodyStream
+from tessera.body_streams import BodyStream
 from tessera.keys import Keys
 from tessera.known_bodies import KnownBodies
 

@@ -9,6 +9,7 @@ import pytest
 from conftest import PATIENCE_S, WORLDS, flat_world
 
 import tessera
+from tessera.followed_bodies import FollowedBodies
 
 
 def crossing_world() -> tessera.World:
@@ -81,6 +82,63 @@ def test_only_what_is_asked_for(client: tessera.Client) -> None:
     with client.watch_bodies(region=west) as stream, client.watch_bodies(ids=[ball]) as alone:
         assert len(stream.next(PATIENCE_S)) == 2
         assert alone.next(PATIENCE_S).ids.tolist() == [ball]
+
+
+def test_precision_is_as_asked_for(client: tessera.Client) -> None:
+    client.load(WORLDS / "busy.sdf", replace=True)
+    with client.watch_bodies(complete=True) as exact, client.watch_bodies(
+        complete=True, precision=1e-3, velocity_precision=0.01
+    ) as packed, client.watch_bodies(precision=0.1) as still:
+        client.step(90)
+        for _ in range(91):
+            a, b = exact.next(PATIENCE_S), packed.next(PATIENCE_S)
+            assert a.ids.tolist() == b.ids.tolist()
+            away = tessera.relative_to(a.sectors - b.sectors, a.local - b.local, (0, 0, 0), a.sector_size)
+            assert np.linalg.norm(away, axis=1).max() <= 1.000001e-3
+            dots = np.abs((a.orientations * b.orientations).sum(axis=1))
+            assert 2 * np.arccos(np.minimum(dots, 1)).max() <= 1e-3
+            for v, w in (
+                (a.linear_velocities, b.linear_velocities),
+                (a.angular_velocities, b.angular_velocities),
+            ):
+                assert np.linalg.norm(v - w, axis=1).max() <= 0.01001
+            assert not still.next(PATIENCE_S).linear_velocities.any()
+    with pytest.raises(tessera.InvalidArgument, match="precision: 2 m is neither"):
+        client.watch_bodies(precision=2)
+
+
+def test_a_region_goes_with_a_body(client: tessera.Client) -> None:
+    world = flat_world(8)
+    for x in range(-20, 21, 2):
+        world.add(tessera.Body(f"crate {x}", tessera.box(1, 1, 1), 10, (x, 3, 0.5)))
+    world.add(tessera.Body("ball", tessera.sphere(0.5), 10, (-18, 0, 0.5), linear_velocity=(8, 0, 0)))
+    client.load(world, replace=True)
+    ball = client.find("ball").id
+    around = tessera.Region((0, 0, 0), (4, 4, 4))
+    with client.watch_bodies(complete=True) as everything, client.watch_bodies(
+        follow="ball", region=around
+    ) as followed:
+        assert isinstance(followed, FollowedBodies)
+        known: dict[int, object] = {}
+        for tick in range(0, 241):
+            if tick > 0:
+                client.step()
+            if followed._opening:
+                followed._opening.result(PATIENCE_S)  # a call takes no time, in the world's
+            everywhere, frame = everything.next(PATIENCE_S), followed.next(PATIENCE_S)
+            assert everywhere.tick == frame.tick == tick
+            assert not set(frame.gone.tolist()) - known.keys()
+            for body in frame.gone.tolist():
+                del known[body]
+            known |= dict(zip(frame.ids.tolist(), frame.relative_to()))
+            here = everywhere.relative_to()[everywhere.row(ball)]
+            away = np.abs(everywhere.relative_to() - here)
+            assert sorted(known) == everywhere.ids[(away <= 4).all(axis=1)].tolist(), tick
+        assert followed.skipped == 0
+    with pytest.raises(tessera.NotFound, match="follow"):
+        client.watch_bodies(follow=10**6, region=around)
+    with pytest.raises(tessera.InvalidArgument, match="follow"):
+        client.watch_bodies(follow="ball")
 
 
 def test_each_contact_is_told_once_whatever_the_server(client: tessera.Client) -> None:

@@ -13,7 +13,8 @@ from tessera import commands, queries
 from tessera._proto.command_pb2 import Command
 from tessera._proto.world_pb2 import Shape
 from tessera.body import Body, Motion, Surface
-from tessera.client import BodyStream, Client, ContactStream, DivergenceStream, Status
+from tessera.body_streams import BodyStream
+from tessera.client import Client, ContactStream, DivergenceStream, Status
 from tessera.cluster import Cluster
 from tessera.commands import PlacedBody, PlacedJoint
 from tessera.errors import (

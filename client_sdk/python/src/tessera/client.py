@@ -19,9 +19,10 @@ from tessera import commands as of_commands
 from tessera import queries as of_queries
 from tessera._proto import tessera_pb2
 from tessera._proto.command_pb2 import Command
+from tessera.body_streams import BodyStream, BodySubscriber
 from tessera.client_methods import adding, asking, doing
 from tessera.coordinators import Coordinators, is_worth_another
-from tessera.errors import FailedPrecondition, NotFound, raising
+from tessera.errors import FailedPrecondition, InvalidArgument, NotFound, raising
 from tessera.frame import (
     BodyFrame,
     ContactFrame,
@@ -32,8 +33,7 @@ from tessera.frame import (
     trajectory,
 )
 from tessera.keys import Keys
-from tessera.known_bodies import KnownBodies
-from tessera.position import ORIGIN, Floats, PositionLike, VectorLike, position_message, vector_message
+from tessera.position import ORIGIN, Floats, PositionLike, VectorLike
 from tessera.queries import Answers, Catalogue, Query
 from tessera.references import BodyName, IdsLike, id_list, name_list
 from tessera.request_session import RequestSession
@@ -54,7 +54,6 @@ Status: TypeAlias = tessera_pb2.StatusReply
 Balance: TypeAlias = tessera_pb2.BalanceReply
 """The status of a cluster; proto/tessera.proto documents its fields."""
 
-BodyStream: TypeAlias = Stream[tessera_pb2.BodyBatch, BodyFrame]
 ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
 DivergenceStream: TypeAlias = Stream[tessera_pb2.DivergenceBatch, DivergenceFrame]
 
@@ -398,9 +397,12 @@ class Client:
         *,
         ids: IdsLike = (),
         region: Region | None = None,
+        follow: BodyName | None = None,
         every_ticks: int = 1,
         only_awake: bool = False,
         complete: bool = False,
+        precision: float = 0,
+        velocity_precision: float = 0,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> BodyStream:
         """The states of bodies, from the next tick on, and immediately if the world is paused.
@@ -408,18 +410,30 @@ class Client:
         Without `ids`, all bodies that are not static; without `region`, everywhere; only ticks that are
         multiples of `every_ticks`. The first frame has all of these bodies, each later one those that have
         changed (`BodyFrame`), or with `complete` all again, which costs time here but no bytes on the way.
+
+        With `follow`, the region goes with a body: its `half_size` about where that is at each tick. The body
+        itself is in the stream, too. Where it jumps by more than a quarter of the largest half size, or goes
+        that far in the time of a call, bodies around it may come some ticks later.
+
+        With a `precision` (m, 1e-6 to 1), positions are off by at most that, and orientations by as many rad,
+        in a tenth of the bytes. Velocities then have an error of at most `velocity_precision` (m/s and rad/s,
+        1e-6 to 1000), or if that is 0, are zero.
         """
         request = tessera_pb2.WatchBodiesRequest(
-            ids=id_list(ids), every_ticks=every_ticks, only_awake=only_awake, in_columns=True
+            ids=id_list(ids),
+            every_ticks=every_ticks,
+            only_awake=only_awake,
+            in_columns=True,
+            precision=precision,
+            velocity_precision=velocity_precision,
         )
-        if region is not None:
-            request.region.centre.CopyFrom(position_message(region.centre))
-            request.region.half_size.CopyFrom(vector_message(region.half_size, "half_size"))
-        status = self._watchable(timeout)
-        known = KnownBodies(status.settings.sector_size, complete)
-        return Stream(
-            "WatchBodies", request, known.take, status, self.status, self._keys, timeout, of_changes=True
-        )
+        subscriber = BodySubscriber(self._watchable, self.status, self._keys)
+        if follow is None:
+            return subscriber.subscribe(request, region, complete, timeout)
+        if region is None:
+            raise InvalidArgument("follow: it needs a region, whose half_size it takes")
+        body = self.find(follow).id if isinstance(follow, str) else int(follow)
+        return subscriber.follow(body, request, region, complete, timeout)
 
     def watch_contacts(
         self, *, ids: IdsLike = (), persisting: bool = False, timeout: float | None = CALL_TIMEOUT_S

@@ -220,6 +220,12 @@ def frame_of(tick: int, columns: Columns, sector_size: float, gone: Ids | None =
     )
 
 
+def columns_in(frame: BodyFrame) -> Columns:
+    """The bodies of a frame."""
+    motion = [frame.local, frame.orientations, frame.linear_velocities, frame.angular_velocities]
+    return Columns(frame.ids, frame.sectors, np.hstack(motion), frame.asleep)
+
+
 def columns_of(part: tessera_pb2.BodyBatch) -> Columns:
     """The bodies of a batch in its order."""
     if part.bodies:
@@ -249,9 +255,7 @@ def columns_of(part: tessera_pb2.BodyBatch) -> Columns:
 def body_batch(frame: BodyFrame) -> tessera_pb2.BodyBatch:
     """The bodies of a frame as a message, body by body."""
     batch = tessera_pb2.BodyBatch(tick=frame.tick)
-    motion = np.hstack(
-        [frame.local, frame.orientations, frame.linear_velocities, frame.angular_velocities]
-    ).tolist()
+    motion = columns_in(frame).motion.tolist()
     rows = zip(frame.ids.tolist(), frame.sectors.tolist(), motion, frame.asleep.tolist())
     for body, (i, j, k), (px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz), asleep in rows:
         state = batch.bodies.add(id=body, asleep=asleep)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tessera._proto import tessera_pb2
-from tessera.frame import BodyFrame, Columns, Ids, columns_of, frame_of
+from tessera.frame import BodyFrame, Columns, Ids, columns_in, columns_of, frame_of
+from tessera.packed_bodies import BodyUnpacker
 
 
 @dataclass
@@ -45,28 +46,47 @@ class _Told:
     whole: bool
 
 
-def _told_by(server: int, parts: Iterable[tessera_pb2.BodyBatch]) -> _Told:
-    """Of several parts of one server, the later ones count."""
-    told: _Told | None = None
-    for part in parts:
-        columns = columns_of(part)
-        bodies = _Bodies(columns, np.full(len(columns.ids), server, dtype=np.uint64))
-        now = _Told(bodies, np.array(part.gone, dtype=np.uint64), part.whole)
-        if told is None or now.whole:
-            told = now
-            continue
-        is_old = np.isin(told.bodies.ids, np.concatenate([bodies.ids, now.gone]))
-        gone = np.union1d(np.setdiff1d(told.gone, bodies.ids), now.gone)
-        told = _Told(_joined([told.bodies.rows(~is_old), bodies]), gone, told.whole)
-    assert told is not None
-    return told
+class _Reader:
+    """Reads what one server tells, in its order."""
+
+    def __init__(self, server: int, unpacker: BodyUnpacker) -> None:
+        self._server = server
+        self._unpacker = unpacker
+
+    def read(self, parts: Iterable[tessera_pb2.BodyBatch]) -> _Told:
+        """Of several parts, the later ones count."""
+        told: _Told | None = None
+        for part in parts:
+            now = self._read(part)
+            if told is None or now.whole:
+                told = now
+                continue
+            is_old = np.isin(told.bodies.ids, np.concatenate([now.bodies.ids, now.gone]))
+            gone = np.union1d(np.setdiff1d(told.gone, now.bodies.ids), now.gone)
+            told = _Told(_joined([told.bodies.rows(~is_old), now.bodies]), gone, told.whole)
+        assert told is not None
+        return told
+
+    def _read(self, part: tessera_pb2.BodyBatch) -> _Told:
+        if part.whole:
+            self._unpacker.clear()
+        self._unpacker.forget(part.gone)
+        columns = self._unpacker.read(part.packed) if part.HasField("packed") else columns_of(part)
+        bodies = _Bodies(columns, np.full(len(columns.ids), self._server, dtype=np.uint64))
+        return _Told(bodies, np.array(part.gone, dtype=np.uint64), part.whole)
 
 
 class KnownBodies:
     """The bodies of a stream as they were told last."""
 
-    def __init__(self, sector_size: float, complete: bool) -> None:
-        """With `complete`, frames have all bodies, otherwise those that have changed."""
+    def __init__(
+        self, sector_size: float, complete: bool, precision: float = 0, velocity_precision: float = 0
+    ) -> None:
+        """With `complete`, frames have all bodies, otherwise those that have changed. The precisions are those
+        of the request.
+        """
+        self._precisions = (precision, velocity_precision)
+        self._readers: dict[int, _Reader] = {}  # by node
         self._sector_size = sector_size
         self._complete = complete
         nothing = columns_of(tessera_pb2.BodyBatch())
@@ -82,9 +102,22 @@ class KnownBodies:
         by_server: dict[int, list[tessera_pb2.BodyBatch]] = {}
         for part in parts:
             by_server.setdefault(part.node, []).append(part)
-        told = {server: _told_by(server, list_of) for server, list_of in by_server.items()}
-        lost = self._lost(told)
-        news = self._without_doubles(_joined([self._known.rows(lost & False), *(t.bodies for t in told.values())]))
+        told = {server: self._reader(server).read(list_of) for server, list_of in by_server.items()}
+        return self._frame(tick, self._lost(told), [by.bodies for by in told.values()])
+
+    def replace(
+        self, tick: int, frames: Sequence[BodyFrame], rows: Sequence[NDArray[np.bool_]]
+    ) -> BodyFrame:
+        """The frame of the next tick, of which these rows of these frames are all bodies."""
+        parts = [
+            _Bodies(columns_in(frame).rows(which), np.zeros(int(which.sum()), dtype=np.uint64))
+            for frame, which in zip(frames, rows)
+        ]
+        return self._frame(tick, np.full(len(self._known.ids), True), parts)
+
+    def _frame(self, tick: int, lost: NDArray[np.bool_], parts: list[_Bodies]) -> BodyFrame:
+        """`lost` are the known bodies that are gone unless the parts have them."""
+        news = self._without_doubles(_joined([self._known.rows(lost & False), *parts]))
         lost &= ~np.isin(self._known.ids, news.ids)
         gone = self._known.ids[lost]
         known = self._known.rows(~lost)
@@ -92,6 +125,11 @@ class KnownBodies:
         self._known = _joined([known.rows(~np.isin(known.ids, news.ids)), news])
         shown = self._known if self._complete else changed
         return frame_of(tick, shown.columns, self._sector_size, gone)
+
+    def _reader(self, server: int) -> _Reader:
+        if server not in self._readers:
+            self._readers[server] = _Reader(server, BodyUnpacker(*self._precisions))
+        return self._readers[server]
 
     def _lost(self, told: dict[int, _Told]) -> NDArray[np.bool_]:
         """Of the known bodies, those that are gone unless a server tells of them."""

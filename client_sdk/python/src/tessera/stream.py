@@ -19,7 +19,15 @@ from typing import Any, Generic, TypeAlias, TypeVar
 import grpc
 
 from tessera._proto import tessera_pb2, tessera_pb2_grpc
-from tessera.errors import Aborted, Cancelled, ResourceExhausted, TesseraError, Unavailable, from_grpc
+from tessera.errors import (
+    Aborted,
+    Cancelled,
+    InvalidArgument,
+    ResourceExhausted,
+    TesseraError,
+    Unavailable,
+    from_grpc,
+)
 from tessera.keys import Keys
 from tessera.stream_merger import Part, StreamMerger
 
@@ -230,8 +238,8 @@ class _Follower(Generic[Part]):
         if node is not None:
             self._merger.ended(node)
         told = f"sector server at {address}: {why}"
-        if isinstance(why, ResourceExhausted):
-            self.end(ResourceExhausted(told))
+        if isinstance(why, (InvalidArgument, ResourceExhausted)):
+            self.end(type(why)(told))
         with self._changed:
             self._last_end = told
             reader.has_ended = True

@@ -1,0 +1,74 @@
+"""Streams of bodies, as clients ask for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+from tessera._proto import tessera_pb2
+from tessera.followed_bodies import FollowedBodies
+from tessera.frame import BodyFrame
+from tessera.keys import Keys
+from tessera.known_bodies import KnownBodies
+from tessera.position import position_message, to_vector, vector_message
+from tessera.results import Region
+from tessera.stream import AskStatus, Stream
+
+BodyStream: TypeAlias = Stream[tessera_pb2.BodyBatch, BodyFrame]
+
+
+class BodySubscriber:
+    """Subscribes at the servers of a world."""
+
+    def __init__(
+        self,
+        watchable: Callable[[float | None], tessera_pb2.StatusReply],
+        ask_status: AskStatus,
+        keys: Keys,
+    ) -> None:
+        """`watchable` waits for a world with servers that can be watched."""
+        self._watchable = watchable
+        self._ask_status = ask_status
+        self._keys = keys
+
+    def subscribe(
+        self,
+        request: tessera_pb2.WatchBodiesRequest,
+        region: Region | None,
+        complete: bool,
+        timeout: float | None,
+    ) -> BodyStream:
+        """Bodies that match the request, in a region or everywhere."""
+        here = tessera_pb2.WatchBodiesRequest()
+        here.CopyFrom(request)
+        if region is not None:
+            here.region.centre.CopyFrom(position_message(region.centre))
+            here.region.half_size.CopyFrom(vector_message(region.half_size, "half_size"))
+        status = self._watchable(timeout)
+        known = KnownBodies(
+            status.settings.sector_size, complete, here.precision, here.velocity_precision
+        )
+        return Stream(
+            "WatchBodies", here, known.take, status, self._ask_status, self._keys, timeout, of_changes=True
+        )
+
+    def follow(
+        self,
+        body: int,
+        request: tessera_pb2.WatchBodiesRequest,
+        region: Region,
+        complete: bool,
+        timeout: float | None,
+    ) -> BodyStream:
+        """Bodies that match the request, in a region of that size around a body."""
+        leader = tessera_pb2.WatchBodiesRequest()
+        leader.CopyFrom(request)
+        leader.only_awake = False
+        leader.ids[:] = [body]
+
+        def open_area(around: Region) -> BodyStream:
+            return self.subscribe(request, around, True, timeout)
+
+        half_size = to_vector(vector_message(region.half_size, "half_size"))
+        of_leader = self.subscribe(leader, None, True, timeout)
+        return FollowedBodies(of_leader, half_size, complete, open_area, timeout)
