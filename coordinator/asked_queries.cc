@@ -41,26 +41,26 @@ v1::RayHits merged(std::vector<v1::RayHits::Hit> hits, bool all, const WorldPosi
   return result;
 }
 
-std::vector<v1::RayHits::Hit> hits_of(const Parts& parts,
-                                      const v1::RayHits& (v1::QueryResult::*field)() const) {
+std::vector<v1::RayHits::Hit> hits_of(Parts& parts, v1::RayHits* (v1::QueryResult::*field)()) {
   std::vector<v1::RayHits::Hit> hits;
-  for (const v1::PartialResult& part : parts) {
-    const v1::RayHits& some = (part.result().*field)();
-    hits.insert(hits.end(), some.hits().begin(), some.hits().end());
+  for (v1::PartialResult& part : parts) {
+    for (v1::RayHits::Hit& hit : *(part.mutable_result()->*field)()->mutable_hits())
+      hits.push_back(std::move(hit));
   }
   return hits;
 }
 
-v1::RayHits result_of(const v1::RayQuery& ray, const Parts& parts, const WorldRegistry& world) {
-  v1::RayHits result = merged(hits_of(parts, &v1::QueryResult::ray), ray.wanted() == v1::RayQuery::ALL,
-                              from_proto(ray.origin()), from_proto(ray.direction()), world);
+v1::RayHits result_of(const v1::RayQuery& ray, Parts& parts, const WorldRegistry& world) {
+  v1::RayHits result =
+      merged(hits_of(parts, &v1::QueryResult::mutable_ray), ray.wanted() == v1::RayQuery::ALL,
+             from_proto(ray.origin()), from_proto(ray.direction()), world);
   if (ray.wanted() == v1::RayQuery::ANY) result.clear_hits();
   return result;
 }
 
-v1::RayHits result_of(const v1::SweepQuery& sweep, const Parts& parts, const WorldRegistry& world) {
-  return merged(hits_of(parts, &v1::QueryResult::sweep), /*all=*/false, from_proto(sweep.pose().position()),
-                from_proto(sweep.direction()), world);
+v1::RayHits result_of(const v1::SweepQuery& sweep, Parts& parts, const WorldRegistry& world) {
+  return merged(hits_of(parts, &v1::QueryResult::mutable_sweep), /*all=*/false,
+                from_proto(sweep.pose().position()), from_proto(sweep.direction()), world);
 }
 
 v1::NearBodies result_of(const v1::NearQuery& near, const Parts& parts, const WorldRegistry& world) {
@@ -173,10 +173,9 @@ absl::StatusOr<AskedQueries> AskedQueries::checked(
 }
 
 AskedQueries::Item& AskedQueries::ask(int place, v1::Query query) {
-  *asked_.add_all() = query;
+  *asked_.add_all() = std::move(query);
   Item& item = items_.emplace_back();
   item.place = place;
-  item.query = std::move(query);
   return item;
 }
 
@@ -257,19 +256,16 @@ void AskedQueries::ask_joint_states(int place, const v1::JointStatesQuery& query
   }
   v1::Query asked;
   asked.mutable_states()->mutable_ids()->Add(bodies.begin(), bodies.end());
-  Item& item = ask(place, std::move(asked));
-  item.query = v1::Query();
-  *item.query.mutable_joint_states() = query;
-  item.joints = std::move(joints);
+  ask(place, std::move(asked)).joints = std::move(joints);
 }
 
-absl::Status AskedQueries::add(const v1::Answer& answer) {
+absl::Status AskedQueries::add(v1::Answer answer) {
   if (answer.results_size() != asked_.all_size()) {
     return absl::InternalError(
         absl::StrCat("it answers ", answer.results_size(), " queries of ", asked_.all_size()));
   }
   for (std::size_t n = 0; n < items_.size(); ++n)
-    items_[n].parts.push_back(answer.results(static_cast<int>(n)));
+    items_[n].parts.push_back(std::move(*answer.mutable_results(static_cast<int>(n))));
   return absl::OkStatus();
 }
 
@@ -277,35 +273,41 @@ void AskedQueries::forget_answers() {
   for (Item& item : items_) item.parts.clear();
 }
 
-absl::StatusOr<Results> AskedQueries::results(const WorldRegistry& world) const {
-  Results results = results_;
-  for (const Item& item : items_) {
-    v1::QueryResult& result = results[item.place];
-    switch (item.query.kind_case()) {
-      case v1::Query::kRay:
-        *result.mutable_ray() = result_of(item.query.ray(), item.parts, world);
-        break;
-      case v1::Query::kSweep:
-        *result.mutable_sweep() = result_of(item.query.sweep(), item.parts, world);
-        break;
-      case v1::Query::kNear:
-        *result.mutable_near() = result_of(item.query.near(), item.parts, world);
-        break;
-      case v1::Query::kHash:
-        *result.mutable_hash() = hash_of(item.parts);
-        break;
-      default: {
-        const absl::StatusOr<std::vector<BodyRow>> rows = states_of(item.parts);
-        if (!rows.ok()) return rows.status();
-        if (item.query.has_joint_states()) {
-          *result.mutable_joint_states() = joint_columns(item.joints, *rows, world);
-        } else {
-          *result.mutable_states() = columns_of(*rows);
-        }
-      }
-    }
+absl::Status AskedQueries::finish(Item& item, const v1::Query& query, const WorldRegistry& world,
+                                  v1::QueryResult& result) const {
+  switch (query.kind_case()) {
+    case v1::Query::kRay:
+      *result.mutable_ray() = result_of(query.ray(), item.parts, world);
+      return absl::OkStatus();
+    case v1::Query::kSweep:
+      *result.mutable_sweep() = result_of(query.sweep(), item.parts, world);
+      return absl::OkStatus();
+    case v1::Query::kNear:
+      *result.mutable_near() = result_of(query.near(), item.parts, world);
+      return absl::OkStatus();
+    case v1::Query::kHash:
+      *result.mutable_hash() = hash_of(item.parts);
+      return absl::OkStatus();
+    default:
+      break;
   }
-  return results;
+  const absl::StatusOr<std::vector<BodyRow>> rows = states_of(item.parts);
+  if (!rows.ok()) return rows.status();
+  if (item.joints) {
+    *result.mutable_joint_states() = joint_columns(*item.joints, *rows, world);
+  } else {
+    *result.mutable_states() = columns_of(*rows);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Results> AskedQueries::results(const WorldRegistry& world) {
+  for (std::size_t n = 0; n < items_.size(); ++n) {
+    const v1::Query& query = asked_.all(static_cast<int>(n));
+    if (absl::Status status = finish(items_[n], query, world, results_[items_[n].place]); !status.ok())
+      return status;
+  }
+  return std::move(results_);
 }
 
 }  // namespace tessera

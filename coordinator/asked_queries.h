@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 #include <google/protobuf/repeated_ptr_field.h>
 
+#include <optional>
 #include <vector>
 
 #include "cluster.pb.h"
@@ -25,19 +26,17 @@ class AskedQueries {
   const v1::Queries& asked() const { return asked_; }
 
   // What one of them knows. INTERNAL if it is no answer.
-  absl::Status add(const v1::Answer& answer);
+  absl::Status add(v1::Answer answer);
   void forget_answers();
 
-  // By query, with what all servers have added. DATA_LOSS for an answer that is malformed.
-  absl::StatusOr<google::protobuf::RepeatedPtrField<v1::QueryResult>> results(
-      const WorldRegistry& world) const;
+  // By query, with what all servers have added; once. DATA_LOSS for an answer that is malformed.
+  absl::StatusOr<google::protobuf::RepeatedPtrField<v1::QueryResult>> results(const WorldRegistry& world);
 
  private:
   // A query that servers answer.
   struct Item {
-    int place = 0;  // in the list
-    v1::Query query;
-    std::vector<JointRecord> joints;  // of joint states
+    int place = 0;                                   // in the list
+    std::optional<std::vector<JointRecord>> joints;  // of joint states
     std::vector<v1::PartialResult> parts;
   };
 
@@ -47,6 +46,8 @@ class AskedQueries {
   void ask_states(int place, const v1::StatesQuery& query, const WorldRegistry& world);
   void ask_joint_states(int place, const v1::JointStatesQuery& query, const WorldRegistry& world);
   Item& ask(int place, v1::Query query);
+  absl::Status finish(Item& item, const v1::Query& query, const WorldRegistry& world,
+                      v1::QueryResult& result) const;
 
   google::protobuf::RepeatedPtrField<v1::QueryResult> results_;  // of the registry; others are empty
   std::vector<Item> items_;

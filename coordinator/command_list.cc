@@ -160,13 +160,12 @@ absl::StatusOr<GivenCommands> give(const ClientCommands& list, WorldRegistry& re
   return commands.finish();
 }
 
-v1::RecordedCommands recorded_commands(const ClientCommands& list, const WorldRegistry& registry, Tick at) {
+v1::RecordedCommands next_record(const WorldRegistry& registry, Tick at) {
   const WorldCatalogue next = registry.next_ids();
   v1::RecordedCommands recorded;
   recorded.set_tick(at);
   recorded.set_next_body(next.next_body.value);
   recorded.set_next_joint(next.next_joint.value);
-  *recorded.mutable_commands() = list;
   return recorded;
 }
 

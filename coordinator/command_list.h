@@ -31,9 +31,8 @@ absl::StatusOr<GivenCommands> give(const google::protobuf::RepeatedPtrField<v1::
                                    WorldRegistry& registry, Tick at,
                                    std::size_t shape_bytes_max = std::numeric_limits<std::size_t>::max());
 
-// The list as it is recorded before it is given; with the ids that come next.
-v1::RecordedCommands recorded_commands(const google::protobuf::RepeatedPtrField<v1::Command>& list,
-                                       const WorldRegistry& registry, Tick at);
+// What is recorded of the list that comes next, but for its commands.
+v1::RecordedCommands next_record(const WorldRegistry& registry, Tick at);
 
 // A list of a recording, or of a store, in a world that has it from now on. Errors as those of give();
 // INTERNAL where the ids that come next are others than in the recording.

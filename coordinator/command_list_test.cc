@@ -278,7 +278,8 @@ TEST(CommandLists, GivenAgainDoTheSame) {
     WorldRegistry registry = registry_of(jointed_world());
     WorldRegistry other = registry_of(jointed_world());
     const v1::Request list = request_of({command});
-    const v1::RecordedCommands recorded = recorded_commands(list.commands(), registry, kNext);
+    v1::RecordedCommands recorded = next_record(registry, kNext);
+    *recorded.mutable_commands() = list.commands();
     EXPECT_EQ(recorded.tick(), kNext);
     EXPECT_EQ(recorded.next_body(), 6u);
     EXPECT_EQ(recorded.next_joint(), 3u);
@@ -295,7 +296,8 @@ TEST(CommandLists, GivenAgainDoTheSame) {
 
 TEST(CommandLists, OfAnotherWorldAreNotGivenAgain) {
   WorldRegistry registry = registry_of(jointed_world());
-  v1::RecordedCommands recorded = recorded_commands(request_of({spawn("a")}).commands(), registry, kNext);
+  v1::RecordedCommands recorded = next_record(registry, kNext);
+  *recorded.mutable_commands() = request_of({spawn("a")}).commands();
   const std::string before = written(registry);
   recorded.set_next_body(9);
   EXPECT_EQ(give_again(recorded, registry).status().code(), absl::StatusCode::kInternal);

@@ -19,7 +19,7 @@ absl::Status Questions::room() const {
 
 v1::Question Questions::open(Kind kind, v1::Question question) {
   question.set_id(++last_id_);
-  open_.emplace(last_id_, Open{std::move(kind), question, {}, {}, 0});
+  open_.emplace(last_id_, Open{std::move(kind), {}, {}, 0});
   return question;
 }
 
@@ -27,6 +27,13 @@ v1::Question Questions::queries(AskedQueries list, QueriesReply reply) {
   v1::Question question;
   *question.mutable_queries() = list.asked();
   return open(Queries{std::move(reply), std::move(list)}, std::move(question));
+}
+
+v1::Question Questions::question_of(std::uint64_t id, const Queries& queries) {
+  v1::Question question;
+  question.set_id(id);
+  *question.mutable_queries() = queries.list.asked();
+  return question;
 }
 
 v1::Question Questions::snapshot(const v1::SnapshotQuery& snapshot, SnapshotReply reply) {
@@ -66,7 +73,7 @@ std::vector<v1::Question> Questions::restart(const absl::Status& status) {
     }
     queries->list.forget_answers();
     // One that has not been asked waits for its turn, and will be.
-    if (!open.nodes.empty()) again.push_back(open.question);
+    if (!open.nodes.empty()) again.push_back(question_of(id, *queries));
     open.nodes.clear();
     open_.emplace(id, std::move(open));
   }
@@ -79,6 +86,7 @@ absl::Status Questions::answer(NodeId from, v1::Answer answer) {
   const auto found = open_.find(answer.question());
   if (found == open_.end()) return not_open;
   Open& open = found->second;
+  const Tick tick = answer.tick();
   const auto place = std::find(open.nodes.begin(), open.nodes.end(), from);
   const auto rank = static_cast<std::size_t>(place - open.nodes.begin());
   if (place == open.nodes.end() || open.answered[rank]) return not_open;
@@ -87,7 +95,7 @@ absl::Status Questions::answer(NodeId from, v1::Answer answer) {
     if (++snapshot->parts[rank] < answer.parts()) return absl::OkStatus();
   } else if (auto* load = std::get_if<Load>(&open.kind)) {
     load->loads[rank] = answer.load();
-  } else if (absl::Status status = std::get<Queries>(open.kind).list.add(answer); !status.ok()) {
+  } else if (absl::Status status = std::get<Queries>(open.kind).list.add(std::move(answer)); !status.ok()) {
     return status;
   }
   invariant(open.missing > 0, "a question is open while an answer is missing");
@@ -95,7 +103,7 @@ absl::Status Questions::answer(NodeId from, v1::Answer answer) {
   if (--open.missing > 0) return absl::OkStatus();
   Kind kind = std::move(open.kind);
   open_.erase(found);
-  reply(absl::OkStatus(), answer.tick(), kind);
+  reply(absl::OkStatus(), tick, kind);
   return absl::OkStatus();
 }
 
@@ -105,7 +113,7 @@ void Questions::add(Snapshot& snapshot, std::size_t rank, v1::Answer& answer) {
 }
 
 void Questions::reply(const absl::Status& status, Tick tick, Kind& kind) {
-  if (const auto* queries = std::get_if<Queries>(&kind)) {
+  if (auto* queries = std::get_if<Queries>(&kind)) {
     queries->reply(status, tick, queries->list);
   } else if (auto* load = std::get_if<Load>(&kind)) {
     load->reply(status, tick, std::move(load->loads));

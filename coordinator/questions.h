@@ -19,7 +19,7 @@ namespace tessera {
 class Questions {
  public:
   // With what the servers know of it.
-  using QueriesReply = std::function<void(const absl::Status&, Tick, const AskedQueries&)>;
+  using QueriesReply = std::function<void(const absl::Status&, Tick, AskedQueries&)>;
   // The chunks of all servers, by rank; the state that all share comes first.
   using SnapshotReply = std::function<void(const absl::Status&, std::vector<v1::SnapshotChunk>)>;
   // By rank.
@@ -63,13 +63,13 @@ class Questions {
   using Kind = std::variant<Queries, Snapshot, Load>;
   struct Open {
     Kind kind;
-    v1::Question question;      // as asked
     std::vector<NodeId> nodes;  // by rank; none before it was asked
     std::vector<bool> answered;
     std::size_t missing = 0;
   };
 
   v1::Question open(Kind kind, v1::Question question);
+  static v1::Question question_of(std::uint64_t id, const Queries& queries);
   static void add(Snapshot& snapshot, std::size_t rank, v1::Answer& answer);
   static void reply(const absl::Status& status, Tick tick, Kind& kind);
 

@@ -26,7 +26,7 @@ class QuestionsTest : public ::testing::Test {
   v1::Question ask_hash() {
     const v1::Request request = request_of({}, 0, {hash_query()});
     return questions_.queries(AskedQueries::checked(request.queries(), world_).value(),
-                              [this](const absl::Status& status, Tick tick, const AskedQueries& queries) {
+                              [this](const absl::Status& status, Tick tick, AskedQueries& queries) {
                                 if (!status.ok()) return answers_.push_back(std::string(status.message()));
                                 EXPECT_EQ(tick, 7u);
                                 answers_.push_back(queries.results(world_).value()[0].hash().hash());

@@ -43,14 +43,14 @@ class PendingReply : public std::enable_shared_from_this<PendingReply> {
   }
   Questions::QueriesReply wait_for_results() {
     ++missing_;
-    return [self = shared_from_this()](const absl::Status& status, Tick tick, const AskedQueries& queries) {
+    return [self = shared_from_this()](const absl::Status& status, Tick tick, AskedQueries& queries) {
       if (!status.ok()) return self->done(status);
       self->reply_.set_tick(tick);
       self->take(queries);
       self->done();
     };
   }
-  void take(const AskedQueries& queries) {
+  void take(AskedQueries& queries) {
     absl::StatusOr<google::protobuf::RepeatedPtrField<v1::QueryResult>> results =
         queries.results(world_.registry);
     if (results.ok()) {
@@ -90,7 +90,7 @@ absl::StatusOr<WorldCalls::Plan> WorldCalls::plan(const v1::Request& request, bo
     if (request.ticks() > 0) {
       if (absl::Status status = world_.sequencer.may_step(request.ticks()); !status.ok()) return status;
     }
-    plan.recorded = recorded_commands(request.commands(), world_.registry, at);
+    plan.recorded = next_record(world_.registry, at);
     absl::StatusOr<GivenCommands> given =
         give(request.commands(), world_.registry, at, context_.options.shape_bytes_max);
     if (!given.ok()) return given.status();
@@ -125,6 +125,7 @@ std::optional<v1::Applied> WorldCalls::on(Call<v1::Request, v1::Reply>& call,
   if (carried_out) *reply.mutable_applied() = *std::move(carried_out);
   if (plan->given) {
     *reply.mutable_applied() = std::move(plan->given->applied);
+    plan->recorded.mutable_commands()->Swap(call.request.mutable_commands());
     if (!plan->given->commands.empty()) {
       world_.sequencer.submit(std::move(plan->given->commands), std::move(plan->given->new_shapes));
       if (context_.options.inputs) context_.options.inputs(recorded(plan->recorded));

@@ -167,8 +167,7 @@ absl::Status WorldSlot::resume_stored(Sessions& sessions) {
   v1::StoredPace pace;
   for (const v1::StoredInput& input : stored->inputs) {
     if (input.has_pace()) pace = input.pace();
-    if (input.has_carried_out())
-      sessions.remember({input.session(), input.number()}, input.carried_out());
+    if (input.has_carried_out()) sessions.remember({input.session(), input.number()}, input.carried_out());
     if (!input.has_commands()) continue;
     const v1::RecordedCommands& commands = input.commands();
     if (commands.tick() <= tick) {
