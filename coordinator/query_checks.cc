@@ -26,7 +26,7 @@ absl::StatusOr<Eigen::Vector3d> unit_direction(const v1::Vector3& from) {
 // A way of that length, which is in bounds with its end; the direction as a unit vector.
 template <typename Query>
 absl::StatusOr<Eigen::Vector3d> checked_way(const Query& query, const WorldPosition& origin, double size) {
-  const absl::StatusOr<Eigen::Vector3d> direction = unit_direction(query.direction());
+  absl::StatusOr<Eigen::Vector3d> direction = unit_direction(query.direction());
   if (!direction.ok()) return direction.status();
   const double length = query.length();
   if (!std::isfinite(length) || length <= 0 || length > kRayLengthMax) {

@@ -11,6 +11,7 @@
 namespace tessera {
 namespace {
 
+using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 // In memory, and fast.
@@ -90,6 +91,21 @@ TEST_F(Takeover, CommandsAreNotCarriedOutAgain) {
   EXPECT_THAT(carried_out(), SizeIs(2));
   EXPECT_TRUE(cluster_->send(request, id_)->ok()) << "it is remembered here, too";
   EXPECT_EQ(cluster_->send(request, {7, 4})->code(), absl::StatusCode::kAlreadyExists) << "another request";
+}
+
+// A checkpoint has taken the place of its commands, and what they did is kept beside it.
+TEST_F(Takeover, CommandsThatTheStateHasAreNotCarriedOutAgain) {
+  const v1::Request request = request_of({spawn("new"), push("new")});
+  const v1::Reply first = cluster_->send(request, id_)->answer;
+  for (v1::StoredInput& input : store_.kept.inputs) {
+    if (input.has_commands()) *input.mutable_carried_out() = first.applied();
+  }
+  take_over();
+  const auto again = cluster_->send(request, id_);
+  ASSERT_TRUE(again->ok()) << again->message();
+  EXPECT_EQ(again->answer.applied().SerializeAsString(), first.applied().SerializeAsString());
+  cluster_->step(1);
+  EXPECT_THAT(carried_out(), IsEmpty());
 }
 
 // What comes after its commands is done, or is done still, and answered.

@@ -170,8 +170,7 @@ TEST_P(ToldWorld, IsTheWorld) {
       ASSERT_TRUE(news.ok()) << news.status();
       ASSERT_EQ(news->tick, tick);
       std::map<BodyId, WorldPosition> frame;
-      for (const BodySample& body : known.take(*news).bodies)
-        frame.emplace(body.id, body.pose.position);
+      for (const BodySample& body : known.take(*news).bodies) frame.emplace(body.id, body.pose.position);
       const std::map<BodyId, WorldPosition> world = expected();
       ASSERT_EQ(ids_of(frame), ids_of(world)) << "tick " << tick;
       for (const auto& [id, position] : world) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -238,7 +239,7 @@ void Coverage::add(const Coverage& other) {
   packets.lost += other.packets.lost;
   packets.duplicated += other.packets.duplicated;
   recoveries += other.recoveries;
-  commands += other.commands;
+  lists += other.lists;
   told += other.told;
   snapshots += other.snapshots;
   moves += other.moves;
@@ -255,8 +256,8 @@ std::string Coverage::text() const {
                   " forgotten, ", disk.full, " without room, ", disk.failed, " operations failed\n");
   absl::StrAppend(&text, "packets: ", packets.sent, " sent, ", packets.lost, " lost, ", packets.duplicated,
                   " arrived twice\n");
-  absl::StrAppend(&text, "the world went on from a checkpoint ", recoveries, " times; ", commands,
-                  " commands took effect, of which clients were told of ", told, "; ", snapshots,
+  absl::StrAppend(&text, "the world went on from a checkpoint ", recoveries, " times; ", lists,
+                  " lists of commands took effect, of which clients were told of ", told, "; ", snapshots,
                   " snapshots; it was divided anew ", moves, " times; ", joined, " servers joined it and ",
                   left, " left it without going back\n");
   return text;
@@ -323,12 +324,15 @@ absl::Status ScenarioRunner::check(const Scenario& scenario, SimulatedCluster& c
   if (!status.ok()) return broken(status.status());
   report.events = cluster.events();
   const std::vector<v1::StoredInput> stored = cluster.stored_commands();
+  std::set<std::pair<std::uint64_t, std::uint64_t>> told;  // some were told twice
+  for (const SimulatedCluster::Told& request : cluster.told_commands())
+    told.emplace(request.id.session, request.id.number);
   report.coverage = {.faults = cluster.faults(),
                      .disk = cluster.disk_faults(),
                      .packets = cluster.network().counts(),
                      .recoveries = status->recoveries(),
-                     .commands = stored.size(),
-                     .told = cluster.told_commands().size(),
+                     .lists = stored.size(),
+                     .told = told.size(),
                      .snapshots = snapshots.size(),
                      .joined = status->joined_servers(),
                      .left = status->left_servers()};

@@ -40,7 +40,7 @@ struct Coverage {
   DiskFaultCounts disk;
   SimCounts packets;
   std::uint64_t recoveries = 0;  // how often the world went on from a checkpoint
-  std::uint64_t commands = 0;    // that took effect
+  std::uint64_t lists = 0;       // of commands, that took effect
   std::uint64_t told = 0;        // of these, those that a client was told of
   std::uint64_t snapshots = 0;
   std::uint64_t moves = 0;   // of sectors to other servers, while the world runs: so many times

@@ -41,7 +41,10 @@ tessera::BodyDescription part(const std::string& name, tessera::ShapeId shape, t
   return body;
 }
 
-Vector3d place_of(int n) { return {2.0 * (n % kInRow) - 24, 2.0 * (n / kInRow) - 19, 0.92}; }
+Vector3d place_of(int n) {
+  const int row = n / kInRow;
+  return {2.0 * (n % kInRow) - 24, 2.0 * row - 19, 0.92};
+}
 
 // Sectors of 16 m, so that the crowd is in many of them, on both servers.
 tessera::WorldDescription town() {

@@ -152,7 +152,7 @@ grpc::Status RequestSession::serve(std::size_t place) {
   }
   // Whoever writes ends, for the stream is broken.
   const std::lock_guard writing(writing_);
-  const grpc::Status status = stream->Finish();
+  grpc::Status status = stream->Finish();
   const std::lock_guard lock(mutex_);
   context_ = nullptr;
   return status;

@@ -19,7 +19,7 @@
 namespace tessera {
 namespace {
 
-constexpr int kServers = 2;
+constexpr int kServersOfClients = 2;
 constexpr int kCharacters = 500;
 constexpr int kManyClients = 16;
 constexpr int kManyRobots = 100;        // of 8 hinges
@@ -47,8 +47,9 @@ WorldDescription characters(WorldSettings settings) {
   builder.add_floor(100, 0);
   const ShapeId capsule = builder.shape(Capsule{0.3, 1.2});
   for (int n = 0; n < kCharacters; ++n) {
-    const Eigen::Vector3d place(kCharactersApart * (n % kCharactersInRow) - 25,
-                                kCharactersApart * (n / kCharactersInRow) - 20, 0.91);
+    const int row = n / kCharactersInRow;
+    const Eigen::Vector3d place(kCharactersApart * (n % kCharactersInRow) - 25, kCharactersApart * row - 20,
+                                0.91);
     builder.add(absl::StrCat("character", n), capsule, 70, place);
   }
   return builder.world();
@@ -73,7 +74,7 @@ class ClientFigures {
       : options_(options), time_(absl::Seconds(options.quick ? 0.3 : 3)), count_(progress, 0) {}
 
   absl::StatusOr<Report> measure() {
-    auto started = experiments::LocalServers::start(kServers, options_.precision);
+    auto started = experiments::LocalServers::start(kServersOfClients, options_.precision);
     if (!started.ok()) return started.status();
     servers_ = *std::move(started);
     WorldSettings settings;
@@ -198,7 +199,7 @@ class ClientFigures {
     if (absl::Status status = load(world, /*runs=*/true); !status.ok()) return status;
     for (const int list : {1, 100, 1000}) {
       Figures figures;
-      const absl::Status status = repeat(time_, figures, [&, n = std::uint64_t{0}]() mutable {
+      absl::Status status = repeat(time_, figures, [&, n = std::uint64_t{0}]() mutable {
         Batch batch;
         for (int k = 0; k < list; ++k) batch.queries.ray(down_at(n++));
         return client().run(batch).status();
@@ -213,7 +214,7 @@ class ClientFigures {
   absl::Status game_server(const WorldDescription& world) {
     if (absl::Status status = load(world, /*runs=*/true); !status.ok()) return status;
     Figures figures;
-    const absl::Status status = repeat(time_, figures, [&] {
+    absl::Status status = repeat(time_, figures, [&] {
       Batch batch = velocities(0, kCharacters);
       for (std::uint64_t k = 0; k < kCharacters; ++k) batch.queries.ray(down_at(k));
       batch.queries.states({});
@@ -231,7 +232,7 @@ class ClientFigures {
       return status;
     Tick tick = 0;
     Figures figures;
-    const absl::Status status = repeat(time_, figures, [&]() -> absl::Status {
+    absl::Status status = repeat(time_, figures, [&]() -> absl::Status {
       Batch batch;
       const double time = static_cast<double>(tick) * settings.time_step;
       for (const Command& command : robots::servo_targets(ant, 0, count, time)) {

@@ -135,13 +135,13 @@ JointState joint_state(const JointForm& joint, const JointSide& parent, const Jo
 
 // The coordinates of a joint that a child is placed by.
 struct JointPlace {
-  std::array<double, 2> position{};  // rad or m
-  std::array<double, 2> velocity{};  // rad/s or m/s
+  std::array<double, 2> position{};                          // rad or m
+  std::array<double, 2> velocity{};                          // rad/s or m/s
   Eigen::Quaterniond ball = Eigen::Quaterniond::Identity();  // of a ball joint: child's frame in the parent's
 };
 
-// The child of `parent` with these coordinates, relative to the same origin: the inverse of joint_state(). The
-// child of a ball joint has no spin relative to its parent.
+// The child of `parent` with these coordinates, relative to the same origin: the inverse of joint_state().
+// The child of a ball joint has no spin relative to its parent.
 JointSide placed_child(const JointForm& joint, const JointSide& parent, const JointPlace& place);
 
 }  // namespace tessera
