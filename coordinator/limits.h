@@ -23,7 +23,7 @@ inline constexpr std::size_t kSessionsMax = 1024;
 inline constexpr std::size_t kUnansweredMax = 4096;
 inline constexpr std::size_t kCallsAgainMax = 8;
 inline constexpr std::size_t kKeptReplyBytesMax = 64 << 10;
-// Requests of a stream that are not replied to: no more are read from it until some are.
+// Requests of a stream whose replies its client has not read: no more are read from it until it has.
 inline constexpr std::size_t kStreamRequestsMax = 256;
 inline constexpr int kSnapshotCallsMax = 2;  // at a time: the coordinator holds all of a world for each
 inline constexpr std::size_t kReplyShapeBytesMax = std::size_t{256}

@@ -115,7 +115,8 @@ class SessionCall final : public grpc::ServerBidiReactor<v1::Request, v1::Reply>
       } else {
         writes = !is_writing_ && !replies_.empty();
         is_writing_ = is_writing_ || writes;
-        reads = !is_reading_ && !client_is_done_ && unanswered_ < kStreamRequestsMax;
+        const bool has_room = unanswered_ + replies_.size() < kStreamRequestsMax;
+        reads = !is_reading_ && !client_is_done_ && has_room;
         is_reading_ = is_reading_ || reads;
       }
     }

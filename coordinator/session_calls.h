@@ -17,8 +17,9 @@ absl::Status may_request(const v1::Request& request, const std::optional<Tokens>
                          const grpc::CallbackServerContext& context);
 
 // Posts each request to the queue, and writes the replies as they come; no more than kStreamRequestsMax are
-// under way. Ends, with UNAVAILABLE, when a request is left to another coordinator, and once the client has
-// ended its side and has all replies. Queue and tokens must outlive the call.
+// under way, up to where the client reads them. Ends, with UNAVAILABLE, when a request is left to another
+// coordinator, and once the client has ended its side and has all replies. Queue and tokens must outlive the
+// call.
 grpc::ServerBidiReactor<v1::Request, v1::Reply>* start_session(RequestQueue& queue,
                                                                const std::optional<Tokens>& tokens,
                                                                grpc::CallbackServerContext& context);

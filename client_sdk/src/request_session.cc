@@ -141,11 +141,13 @@ grpc::Status RequestSession::serve(std::size_t place) {
     has_replied_ = false;
     if (is_closing_) context.TryCancel();
   }
-  {
+  // The coordinator takes no more than its client reads replies, so nothing that writes may hold that up.
+  std::thread writer([this] {
     const std::lock_guard writing(writing_);
     send_all();
-  }
+  });
   for (v1::Reply reply; stream->Read(&reply);) take(std::exchange(reply, {}));
+  writer.join();
   {
     const std::lock_guard lock(mutex_);
     stream_ = nullptr;
