@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "coordinator/element_name.h"
 #include "coordinator/limits.h"
 #include "coordinator/query_checks.h"
 #include "lpss/model/checks.h"
@@ -148,15 +149,6 @@ v1::JointColumns joint_columns(const std::vector<JointRecord>& joints, const std
   return columns;
 }
 
-// "queries[3] (ray)", where there are others.
-absl::Status named(const absl::Status& status, int place, const v1::Query& query, int count) {
-  if (count == 1) return status;
-  const auto* field = v1::Query::descriptor()->FindFieldByNumber(query.kind_case());
-  return in(absl::StrCat("queries[", place, "]", field == nullptr ? "" : " (",
-                         field == nullptr ? "" : field->name(), field == nullptr ? "" : ")"),
-            status);
-}
-
 }  // namespace
 
 absl::StatusOr<AskedQueries> AskedQueries::checked(
@@ -167,7 +159,7 @@ absl::StatusOr<AskedQueries> AskedQueries::checked(
   for (int place = 0; place < queries.size(); ++place) {
     list.results_.Add();
     if (absl::Status status = list.take(place, queries[place], world); !status.ok())
-      return named(status, place, queries[place], queries.size());
+      return at_element(status, "queries", place, queries[place], queries.size());
   }
   return list;
 }

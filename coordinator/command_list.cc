@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "coordinator/command_checks.h"
+#include "coordinator/element_name.h"
 #include "coordinator/limits.h"
 #include "coordinator/set_state.h"
 #include "lpss/model/checks.h"
@@ -137,15 +138,6 @@ class CommandList {
   GivenCommands given_;
 };
 
-// "commands[3] (spawn)", where there are others.
-absl::Status named(const absl::Status& status, int place, const v1::Command& command, int count) {
-  if (count == 1) return status;
-  const auto* field = v1::Command::descriptor()->FindFieldByNumber(command.kind_case());
-  return in(absl::StrCat("commands[", place, "]", field == nullptr ? "" : " (",
-                         field == nullptr ? "" : field->name(), field == nullptr ? "" : ")"),
-            status);
-}
-
 }  // namespace
 
 absl::StatusOr<GivenCommands> give(const ClientCommands& list, WorldRegistry& registry, Tick at,
@@ -155,7 +147,7 @@ absl::StatusOr<GivenCommands> give(const ClientCommands& list, WorldRegistry& re
   CommandList commands(registry, at, shape_bytes_max);
   for (int place = 0; place < list.size(); ++place) {
     if (absl::Status status = commands.give(place, list[place]); !status.ok())
-      return named(status, place, list[place], list.size());
+      return at_element(status, "commands", place, list[place], list.size());
   }
   return commands.finish();
 }

@@ -24,6 +24,16 @@ bool agree(const v1::BodyColumns& columns) {
 
 }  // namespace
 
+void ColumnWriter::reserve(int rows) {
+  columns_.mutable_ids()->Reserve(rows);
+  columns_.mutable_sector()->Reserve(rows);
+  columns_.mutable_positions()->Reserve(3 * rows);
+  columns_.mutable_orientations()->Reserve(4 * rows);
+  columns_.mutable_linear_velocities()->Reserve(3 * rows);
+  columns_.mutable_angular_velocities()->Reserve(3 * rows);
+  columns_.mutable_asleep()->Reserve(rows);
+}
+
 void ColumnWriter::add(const BodyRow& row) {
   const auto [place, is_new] = sectors_.try_emplace(row.pose.position.sector, columns_.sectors_size());
   if (is_new) *columns_.add_sectors() = to_proto(row.pose.position.sector);

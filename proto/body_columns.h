@@ -26,6 +26,9 @@ class ColumnWriter {
  public:
   explicit ColumnWriter(v1::BodyColumns& columns) : columns_(columns) {}
 
+  // Room for so many rows.
+  void reserve(int rows);
+
   void add(const BodyRow& row);
 
  private:

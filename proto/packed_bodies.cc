@@ -132,7 +132,7 @@ PackedHistory::PackedHistory(const PackedPrecision& precision)
       turn_(std::min(precision.position, kTurnMax) / 4),
       velocity_(2 * precision.velocity / std::sqrt(3.0)) {}
 
-void BodyPacker::add(const PackedBody& body, v1::PackedBodies& packed) {
+void BodyPacker::add(const BodyRow& body, v1::PackedBodies& packed) {
   std::string& bytes = *packed.mutable_bodies();
   const SectorIndex& sector = body.pose.position.sector;
   const int largest = largest_of(body.pose.orientation);
@@ -174,12 +174,12 @@ void BodyPacker::add(const PackedBody& body, v1::PackedBodies& packed) {
 }
 
 absl::Status BodyUnpacker::read(const v1::PackedBodies& packed,
-                                const std::function<void(const PackedBody&)>& visit) {
+                                const std::function<void(const BodyRow&)>& visit) {
   const auto corrupt = [] { return absl::DataLossError("packed bodies cannot be read"); };
   std::vector<SectorIndex> sectors;
   for (const v1::SectorIndex& sector : packed.sectors()) sectors.push_back(from_proto(sector));
   Numbered bytes(packed.bodies());
-  PackedBody body;
+  BodyRow body;
   while (!bytes.at_end()) {
     const std::uint64_t more = bytes.number();
     const std::uint64_t flags = bytes.number();

@@ -27,6 +27,7 @@
 
 #include "lpss/grid/world_position.h"
 #include "lpss/model/body.h"
+#include "proto/body_columns.h"
 #include "tessera.pb.h"
 
 namespace tessera {
@@ -42,14 +43,6 @@ struct PackedPrecision {
 
 // INVALID_ARGUMENT, naming the field and the bound.
 absl::Status check(const PackedPrecision& precision);
-
-struct PackedBody {
-  BodyId id;
-  WorldPose pose;
-  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();   // m/s
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s
-  bool asleep = false;
-};
 
 // What both ends of a call know of the bodies that were told.
 class PackedHistory {
@@ -103,7 +96,7 @@ class BodyPacker : public PackedHistory {
     last_id_ = 0;
   }
   // Bodies of a batch ascend by id.
-  void add(const PackedBody& body, v1::PackedBodies& packed);
+  void add(const BodyRow& body, v1::PackedBodies& packed);
 
  private:
   absl::flat_hash_map<SectorIndex, std::uint64_t> places_;
@@ -115,7 +108,7 @@ class BodyUnpacker : public PackedHistory {
   using PackedHistory::PackedHistory;
 
   // All batches of a call, in their order. DATA_LOSS where it is no batch that can follow the last one.
-  absl::Status read(const v1::PackedBodies& packed, const std::function<void(const PackedBody&)>& visit);
+  absl::Status read(const v1::PackedBodies& packed, const std::function<void(const BodyRow&)>& visit);
 };
 
 }  // namespace tessera

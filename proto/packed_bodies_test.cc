@@ -23,9 +23,9 @@ class Packing : public testing::Test {
         Eigen::Vector4d(normal_(random_), normal_(random_), normal_(random_), normal_(random_)).normalized());
   }
 
-  PackedBody body(std::uint64_t id, double size = kSectorSize) {
+  BodyRow body(std::uint64_t id, double size = kSectorSize) {
     const auto sector = [&] { return static_cast<std::int64_t>(random_() % 3) - (std::int64_t{1} << 62); };
-    PackedBody result;
+    BodyRow result;
     result.id = BodyId{id};
     result.pose = {{{sector(), sector(), sector()}, vector(size / 2)}, turn()};
     result.linear_velocity = vector(50);
@@ -38,21 +38,21 @@ class Packing : public testing::Test {
   std::normal_distribution<double> normal_;
 };
 
-std::vector<PackedBody> unpacked(BodyUnpacker& unpacker, const v1::PackedBodies& packed) {
-  std::vector<PackedBody> bodies;
-  const absl::Status status = unpacker.read(packed, [&](const PackedBody& body) { bodies.push_back(body); });
+std::vector<BodyRow> unpacked(BodyUnpacker& unpacker, const v1::PackedBodies& packed) {
+  std::vector<BodyRow> bodies;
+  const absl::Status status = unpacker.read(packed, [&](const BodyRow& body) { bodies.push_back(body); });
   EXPECT_TRUE(status.ok()) << status;
   return bodies;
 }
 
-v1::PackedBodies packed_of(BodyPacker& packer, const std::vector<PackedBody>& bodies) {
+v1::PackedBodies packed_of(BodyPacker& packer, const std::vector<BodyRow>& bodies) {
   v1::PackedBodies packed;
   packer.begin();
-  for (const PackedBody& body : bodies) packer.add(body, packed);
+  for (const BodyRow& body : bodies) packer.add(body, packed);
   return packed;
 }
 
-void expect_near(const PackedBody& is, const PackedBody& was, const PackedPrecision& precision) {
+void expect_near(const BodyRow& is, const BodyRow& was, const PackedPrecision& precision) {
   constexpr double kRounding = 1 + 1e-6;
   ASSERT_EQ(is.id, was.id);
   EXPECT_EQ(is.asleep, was.asleep);
@@ -71,11 +71,11 @@ TEST_F(Packing, ErrorsStayBelowWhatWasAskedFor) {
                                            PackedPrecision{1, 1000}, PackedPrecision{0.05, 0.1}}) {
     BodyPacker packer(precision);
     BodyUnpacker unpacker(precision);
-    std::vector<PackedBody> bodies;
+    std::vector<BodyRow> bodies;
     for (std::uint64_t id = 1; id <= 50; ++id) bodies.push_back(body(id * id));
     for (int batch = 0; batch < 100; ++batch) {
-      std::vector<PackedBody> some;
-      for (PackedBody& each : bodies) {
+      std::vector<BodyRow> some;
+      for (BodyRow& each : bodies) {
         if (random_() % 3 == 0) continue;
         if (random_() % 4 == 0) each = body(each.id.value);
         each.pose.position.local += vector(0.1);
@@ -85,7 +85,7 @@ TEST_F(Packing, ErrorsStayBelowWhatWasAskedFor) {
         }
         some.push_back(each);
       }
-      const std::vector<PackedBody> told = unpacked(unpacker, packed_of(packer, some));
+      const std::vector<BodyRow> told = unpacked(unpacker, packed_of(packer, some));
       ASSERT_EQ(told.size(), some.size());
       for (std::size_t n = 0; n < some.size(); ++n) expect_near(told[n], some[n], precision);
     }
@@ -101,7 +101,7 @@ TEST_F(Packing, OrientationsNearTheEdgesOfTheirRangeAreNear) {
         Eigen::Vector4d(edge, -edge, 0, 0), Eigen::Vector4d(0, 0, edge, edge),
         Eigen::Vector4d(0, 0, 0, -1)}) {
     for (int n = 0; n < 200; ++n) {
-      PackedBody turned;
+      BodyRow turned;
       turned.id = BodyId{1};
       turned.pose.orientation =
           Eigen::Quaterniond(Eigen::Vector4d(q + 0.03 * Eigen::Vector4d(turn().coeffs())).normalized());
@@ -116,7 +116,7 @@ TEST_F(Packing, LargeSectorsAreHeld) {
   const PackedPrecision precision{1e-3, 0};
   BodyPacker packer(precision);
   BodyUnpacker unpacker(precision);
-  PackedBody far = body(1, 1e9);
+  BodyRow far = body(1, 1e9);
   far.linear_velocity.setZero();
   far.angular_velocity.setZero();
   expect_near(unpacked(unpacker, packed_of(packer, {far})).at(0), far, precision);
@@ -128,7 +128,7 @@ TEST_F(Packing, ABodyInMotionTakesTwentyBytesAtMost) {
   constexpr double kDt = 1.0 / 60;
   BodyPacker packer({1e-3, 0});
   BodyUnpacker unpacker({1e-3, 0});
-  std::vector<PackedBody> bodies;
+  std::vector<BodyRow> bodies;
   for (std::uint64_t id = 1; id <= kBodies; ++id) {
     bodies.push_back(body(id));
     bodies.back().pose.position.sector = {};
@@ -139,7 +139,7 @@ TEST_F(Packing, ABodyInMotionTakesTwentyBytesAtMost) {
   EXPECT_LE(bytes_each(), 20) << "the first time";
   double mean = 0;
   for (int tick = 0; tick < 60; ++tick) {
-    for (PackedBody& each : bodies) {
+    for (BodyRow& each : bodies) {
       each.pose.position.local += kDt * each.linear_velocity;
       each.linear_velocity.z() -= 9.81 * kDt;
       const Eigen::Vector3d spin = kDt * each.angular_velocity;
@@ -155,13 +155,13 @@ TEST_F(Packing, ABodyInMotionTakesTwentyBytesAtMost) {
 
 TEST_F(Packing, BytesThatAreNoBatchAreRefused) {
   BodyPacker packer({1e-3, 1e-2});
-  std::vector<PackedBody> bodies;
+  std::vector<BodyRow> bodies;
   for (std::uint64_t id = 1; id <= 5; ++id) bodies.push_back(body(id));
   packed_of(packer, bodies);
   const v1::PackedBodies second = packed_of(packer, bodies);
   const auto status_of = [](const v1::PackedBodies& packed) {
     BodyUnpacker unpacker({1e-3, 1e-2});
-    return unpacker.read(packed, [](const PackedBody&) {});
+    return unpacker.read(packed, [](const BodyRow&) {});
   };
   EXPECT_EQ(status_of(second).code(), absl::StatusCode::kDataLoss) << "it refers to another one";
   BodyPacker anew({1e-3, 1e-2});

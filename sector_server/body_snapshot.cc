@@ -1,10 +1,9 @@
 #include "sector_server/body_snapshot.h"
 
-#include <absl/container/flat_hash_map.h>
-
 #include <algorithm>
 
 #include "lpss/model/world_records.h"
+#include "proto/body_columns.h"
 #include "proto/convert.h"
 
 namespace tessera {
@@ -18,8 +17,11 @@ void describe(const BodySnapshot::Body& body, double sector_size, v1::BodyState&
   state.set_asleep(body.state.activity == Activity::kAsleep);
 }
 
-void put(const Eigen::Vector3d& vector, google::protobuf::RepeatedField<double>& column) {
-  for (int axis = 0; axis < 3; ++axis) column.AddAlreadyReserved(vector[axis]);
+BodyRow row_of(const BodySnapshot::Body& body, double sector_size) {
+  const BodyState& state = body.state;
+  return {body.id, body_pose(body.home, state, body.centre_frame, sector_size),
+          Eigen::Vector3d(state.linear_velocity.data()), Eigen::Vector3d(state.angular_velocity.data()),
+          state.activity == Activity::kAsleep};
 }
 
 using BodiesInOrder = std::vector<const BodySnapshot::Body*>;
@@ -33,40 +35,15 @@ BodiesInOrder by_id(const BodySnapshot& snapshot) {
 }
 
 void describe(const BodiesInOrder& bodies, double sector_size, v1::BodyColumns& columns) {
-  const int count = static_cast<int>(bodies.size());
-  columns.mutable_ids()->Reserve(count);
-  columns.mutable_sector()->Reserve(count);
-  columns.mutable_positions()->Reserve(3 * count);
-  columns.mutable_orientations()->Reserve(4 * count);
-  columns.mutable_linear_velocities()->Reserve(3 * count);
-  columns.mutable_angular_velocities()->Reserve(3 * count);
-  columns.mutable_asleep()->Reserve(count);
-  absl::flat_hash_map<SectorIndex, std::uint32_t> places;
-  for (const BodySnapshot::Body* body : bodies) {
-    const BodyState& state = body->state;
-    const WorldPose pose = body_pose(body->home, state, body->centre_frame, sector_size);
-    const auto [place, is_new] = places.try_emplace(pose.position.sector, places.size());
-    if (is_new) *columns.add_sectors() = to_proto(pose.position.sector);
-    columns.mutable_ids()->AddAlreadyReserved(body->id.value);
-    columns.mutable_sector()->AddAlreadyReserved(place->second);
-    put(pose.position.local, *columns.mutable_positions());
-    for (const double part : pose.orientation.coeffs())
-      columns.mutable_orientations()->AddAlreadyReserved(part);
-    put(Eigen::Vector3d(state.linear_velocity.data()), *columns.mutable_linear_velocities());
-    put(Eigen::Vector3d(state.angular_velocity.data()), *columns.mutable_angular_velocities());
-    columns.mutable_asleep()->AddAlreadyReserved(state.activity == Activity::kAsleep);
-  }
+  ColumnWriter writer(columns);
+  writer.reserve(static_cast<int>(bodies.size()));
+  for (const BodySnapshot::Body* body : bodies) writer.add(row_of(*body, sector_size));
 }
 
 void pack(const BodiesInOrder& bodies, double sector_size, BodyPacker& packer, v1::BodyBatch& batch) {
   packer.begin();
-  for (const BodySnapshot::Body* body : bodies) {
-    const BodyState& state = body->state;
-    packer.add({body->id, body_pose(body->home, state, body->centre_frame, sector_size),
-                Eigen::Vector3d(state.linear_velocity.data()), Eigen::Vector3d(state.angular_velocity.data()),
-                state.activity == Activity::kAsleep},
-               *batch.mutable_packed());
-  }
+  for (const BodySnapshot::Body* body : bodies)
+    packer.add(row_of(*body, sector_size), *batch.mutable_packed());
 }
 
 }  // namespace

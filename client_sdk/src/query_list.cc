@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "client_sdk/src/body_sample.h"
 #include "client_sdk/src/references.h"
 #include "proto/body_columns.h"
 #include "proto/convert.h"
@@ -240,14 +241,8 @@ std::vector<Neighbour> Answers::operator[](QueryPlace<std::vector<Neighbour>> pl
 
 std::vector<BodySample> Answers::operator[](QueryPlace<std::vector<BodySample>> place) const {
   std::vector<BodySample> samples;
-  for (const BodyRow& row : rows_of(reply_->results(place.place).states()).rows) {
-    BodySample& sample = samples.emplace_back();
-    sample.id = row.id;
-    sample.pose = row.pose;
-    sample.linear_velocity = row.linear_velocity;
-    sample.angular_velocity = row.angular_velocity;
-    sample.asleep = row.asleep;
-  }
+  for (const BodyRow& row : rows_of(reply_->results(place.place).states()).rows)
+    samples.push_back(sample_of(row));
   return samples;
 }
 

@@ -9,23 +9,13 @@
 #include <vector>
 
 #include "client_sdk/src/body_news.h"
+#include "client_sdk/src/body_sample.h"
 #include "proto/convert.h"
 #include "proto/packed_bodies.h"
 #include "tessera.grpc.pb.h"
 #include "tessera/stream.h"
 
 namespace tessera {
-
-// Whether all columns are of the same bodies.
-inline bool agree(const v1::BodyColumns& columns) {
-  const int count = columns.ids_size();
-  return columns.sector_size() == count && columns.positions_size() == 3 * count &&
-         columns.orientations_size() == 4 * count && columns.linear_velocities_size() == 3 * count &&
-         columns.angular_velocities_size() == 3 * count && columns.asleep_size() == count &&
-         std::all_of(columns.sector().begin(), columns.sector().end(), [&](std::uint32_t place) {
-           return place < static_cast<std::uint32_t>(columns.sectors_size());
-         });
-}
 
 // Reads the batches of one call, in their order.
 class BodyReader {
@@ -53,24 +43,14 @@ class BodyReader {
 
  private:
   absl::Status read(const v1::PackedBodies& packed, BodyNews& news) {
-    return unpacker_.read(packed, [&](const PackedBody& body) {
-      news.bodies.push_back({body.id, body.pose, body.linear_velocity, body.angular_velocity, body.asleep});
-    });
+    return unpacker_.read(packed, [&](const BodyRow& body) { news.bodies.push_back(sample_of(body)); });
   }
   static absl::Status read(const v1::BodyColumns& columns, BodyNews& news) {
-    if (!agree(columns)) return absl::DataLossError("it told of bodies in columns of different lengths");
-    std::vector<SectorIndex> sectors;
-    for (const v1::SectorIndex& sector : columns.sectors()) sectors.push_back(from_proto(sector));
-    news.bodies.resize(static_cast<std::size_t>(columns.ids_size()));
-    for (int n = 0; n < columns.ids_size(); ++n) {
-      BodySample& body = news.bodies[n];
-      body.id = BodyId{columns.ids(n)};
-      body.pose.position = {sectors[columns.sector(n)], Eigen::Vector3d(&columns.positions().Get(3 * n))};
-      body.pose.orientation = Eigen::Quaterniond(&columns.orientations().Get(4 * n));
-      body.linear_velocity = Eigen::Vector3d(&columns.linear_velocities().Get(3 * n));
-      body.angular_velocity = Eigen::Vector3d(&columns.angular_velocities().Get(3 * n));
-      body.asleep = columns.asleep(n);
-    }
+    std::vector<BodyRow> rows;
+    if (!append_rows(columns, rows).ok())
+      return absl::DataLossError("it told of bodies in columns of different lengths");
+    news.bodies.reserve(rows.size());
+    for (const BodyRow& row : rows) news.bodies.push_back(sample_of(row));
     return absl::OkStatus();
   }
 
