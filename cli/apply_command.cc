@@ -2,15 +2,15 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
-#include <cerrno>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "cli/connection.h"
+#include "proto/disk.h"
 #include "tessera/batch_json.h"
 
 namespace tessera::cli {
@@ -18,9 +18,13 @@ namespace {
 
 absl::StatusOr<std::string> read_text(const std::string& file) {
   if (file == "-") return std::string(std::istreambuf_iterator<char>(std::cin), {});
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return absl::ErrnoToStatus(errno, absl::StrCat("cannot read ", file));
-  return std::string(std::istreambuf_iterator<char>(in), {});
+  std::string text;
+  const absl::Status read = system_disk().read(file, [&text](std::string_view bytes) {
+    text += bytes;
+    return absl::OkStatus();
+  });
+  if (!read.ok()) return read;
+  return text;
 }
 
 }  // namespace
@@ -39,7 +43,8 @@ void add_apply_command(CLI::App& app, Action& action) {
     const absl::StatusOr<std::string> text = read_text(*file);
     if (!text.ok()) return text.status();
     const absl::StatusOr<Batch> batch = batch_from_json(*text);
-    if (!batch.ok()) return {batch.status().code(), absl::StrCat(*file, ": ", batch.status().message())};
+    const std::string name = *file == "-" ? "standard input" : *file;
+    if (!batch.ok()) return {batch.status().code(), absl::StrCat(name, ": ", batch.status().message())};
     const absl::StatusOr<Answers> answers = client.run(*batch);
     if (!answers.ok()) return answers.status();
     const std::string json = to_json(*answers);
