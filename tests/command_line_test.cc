@@ -308,6 +308,32 @@ TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
   EXPECT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
 }
 
+TEST(CommandLineTest, AFileOfARequestIsAppliedOrRefusedWithTheReason) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  const auto apply = [&](const std::filesystem::path& file) {
+    return run_tessera({"apply", file.string(), "--connect", cluster.processes->address()});
+  };
+  const std::filesystem::path folder = ::testing::TempDir();
+  const std::filesystem::path file = folder / "tessera_request.json";
+  const auto applied = [&](const std::string& text) {
+    std::ofstream(file) << text;
+    return apply(file);
+  };
+  ASSERT_TRUE(cluster.client->load(read_world("seam.sdf")).ok());
+  const Outcome done =
+      applied(R"({"commands": [{"applyRadialImpulse": {"centre": {}, "radius": 2}}], "ticks": 3,
+                                   "queries": [{"hash": {}}]})");
+  EXPECT_EQ(done.code, 0) << done.output;
+  EXPECT_THAT(done.output, AllOf(HasSubstr("\"tick\": \"3\""), HasSubstr("hash")));
+  EXPECT_THAT(applied(R"({"commands": [{}, {"remove": {"prefix": "nobody"}}]})").output,
+              HasSubstr("commands[0]"));
+  EXPECT_THAT(applied(R"({"comands": []})").output, AllOf(HasSubstr(file.string()), HasSubstr("comands")));
+  EXPECT_THAT(apply(folder / "no_such_request.json").output, HasSubstr("No such file or directory"));
+  EXPECT_EQ(apply(folder).code, 1);
+  EXPECT_THAT(apply(folder).output, HasSubstr("Is a directory"));
+}
+
 // A cluster of two servers with a loaded world, shown by `tessera top`.
 class TopTest : public RunTest {
  protected:
