@@ -22,6 +22,8 @@ struct BodyOptions {
   double friction = 0.5;
   bool fixed = false;
   bool kinematic = false;
+  bool trigger = false;
+  std::vector<std::string> programs;
   Eigen::Vector3d first = Eigen::Vector3d::Zero();   // linear velocity, impulse, force
   Eigen::Vector3d second = Eigen::Vector3d::Zero();  // angular velocity, lever, torque
 };
@@ -51,6 +53,10 @@ void add_spawn(CLI::App& app, Action& action) {
   add_parsed(command, "--angular", options->second, parse_vector, "X,Y,Z: angular velocity, rad/s");
   CLI::Option* fixed = command.add_flag("--static", options->fixed, "it never moves");
   command.add_flag("--kinematic", options->kinematic, "it moves only as it is told to")->excludes(fixed);
+  command.add_flag("--trigger", options->trigger, "it notices what overlaps it, and touches nothing");
+  command.add_option(
+      "--program", options->programs,
+      "KIND or KIND:NAME=NUMBER,...: a program of the body, with parameters and inputs; repeatable");
   on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
     NewBody body = solid(options->name, options->shape, options->mass, options->at);
     BodyProperties& properties = body.body.properties;
@@ -58,6 +64,12 @@ void add_spawn(CLI::App& app, Action& action) {
     if (options->kinematic) properties.motion = Motion::kKinematic;
     if (properties.motion != Motion::kDynamic) properties.inertia = {1, 1, 1};
     properties.friction = options->friction;
+    properties.trigger = options->trigger;
+    for (const std::string& text : options->programs) {
+      absl::StatusOr<ProgramRecord> program = parse_program(text);
+      if (!program.ok()) return program.status();
+      body.body.programs.push_back(*std::move(program));
+    }
     body.body.linear_velocity = options->first;
     body.body.angular_velocity = options->second;
     const absl::StatusOr<Spawned> spawned = client.spawn(body);

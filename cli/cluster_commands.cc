@@ -65,6 +65,9 @@ absl::Status up(UpOptions options) {
   absl::PrintF("%s on %s with %d sector server%s; Ctrl-C ends it\n",
                coloured("a cluster is up", Colour::kGreen), (*cluster)->address(), wanted.servers,
                wanted.servers == 1 ? "" : "s");
+  for (const std::string& gateway : (*cluster)->gateways())
+    absl::PrintF("%s: %s\n", coloured("a gateway, which is enough for clients to reach", Colour::kGreen),
+                 gateway);
   if (!(*cluster)->page_url().empty()) {
     absl::PrintF("%s: %s\n", coloured("see it in a browser", Colour::kGreen), (*cluster)->page_url());
   } else if (options.without_viewer) {
@@ -99,6 +102,12 @@ void add_up(CLI::App& app, Action& action) {
       .add_option("--threads", cluster.threads, "threads of each server; by default the cores, shared out")
       ->check(CLI::Range(1, 256));
   command.add_option("--listen", cluster.listen, "where clients find the coordinator")->capture_default_str();
+  command
+      .add_option(
+          "--gateway", cluster.gateways,
+          "also a gateway at this address, or several, separated by commas: clients that reach it need\n"
+          "reach no other daemon")
+      ->delimiter(',');
   CLI::Option* page = command
                           .add_option("--page", cluster.page,
                                       "address of the web UI; by default, if that is in use, any free port")

@@ -22,12 +22,14 @@ void add_apply_command(CLI::App& app, Action& action);
 void add_body_commands(CLI::App& app, Action& action);
 void add_convert_command(CLI::App& app, Action& action);
 void add_joint_commands(CLI::App& app, Action& action);
+void add_program_commands(CLI::App& app, Action& action);
 void add_keys_commands(CLI::App& app, Action& action);
 void add_query_commands(CLI::App& app, Action& action);
 void add_replay_command(CLI::App& app, Action& action);
 void add_tune_command(CLI::App& app, Action& action);
 void add_snapshot_commands(CLI::App& app, Action& action);
 void add_status_commands(CLI::App& app, Action& action);
+void add_store_commands(CLI::App& app, Action& action);
 void add_simulate_command(CLI::App& app, Action& action);
 void add_experiment_command(CLI::App& app, Action& action);
 

@@ -9,6 +9,7 @@
 
 #include "coordinator/options.h"
 #include "daemon/configuration.h"
+#include "gateway/options.h"
 #include "sector_server/options.h"
 
 namespace tessera::cli {
@@ -35,10 +36,13 @@ absl::Status show(const std::filesystem::path& file) {
   CLI::App sector_server("", kSectorServerName);
   SectorServerArguments server_arguments;
   add_options(sector_server, server_arguments);
-  for (CLI::App* daemon : {&coordinator, &sector_server}) {
+  CLI::App gateway("", kGatewayName);
+  GatewayArguments gateway_arguments;
+  add_options(gateway, gateway_arguments);
+  for (CLI::App* daemon : {&coordinator, &sector_server, &gateway}) {
     if (absl::Status status = read(*daemon, arguments); !status.ok()) return status;
   }
-  absl::PrintF("%s", configuration_text({&coordinator, &sector_server}));
+  absl::PrintF("%s", configuration_text({&coordinator, &sector_server, &gateway}));
   return absl::OkStatus();
 }
 

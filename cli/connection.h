@@ -53,6 +53,9 @@ inline void on_cluster(CLI::App& command, Action& action,
 // A body as people name it: a number is an id, all else a name.
 BodyName parse_body(const std::string& text);
 
+// KIND, or KIND:NAME=NUMBER,...: INVALID_ARGUMENT or NOT_FOUND, with what there is.
+absl::StatusOr<ProgramRecord> parse_program(const std::string& text);
+
 // "takes effect at tick 12"
 absl::Status print_effect(const absl::StatusOr<Tick>& tick, nlohmann::json& data);
 

@@ -59,8 +59,10 @@ void add_add(CLI::App& keys, Action& action) {
   const auto options = std::make_shared<AddOptions>();
   command.add_option("folder", options->folder, "of `tessera keys create`")->required();
   command.add_option("name", options->name, "of the client, and of its folder")->required();
-  command.add_option("--role", options->role, "observe, control or admin")
-      ->check(CLI::IsMember({"observe", "control", "admin"}))
+  command
+      .add_option("--role", options->role,
+                  "observe, own (commands for the bodies that it spawned), control or admin")
+      ->check(CLI::IsMember({"observe", "own", "control", "admin"}))
       ->required();
   add_days(command, options->days);
   command.callback([options, &action] {

@@ -74,7 +74,23 @@ absl::Status LocalCluster::launch() {
   absl::StatusOr<std::string> address = await_ready(kReadyFile, daemons_.front(), inotify);
   if (!address.ok()) return address.status();
   address_ = *std::move(address);
+  for (const std::string& listen : options_.gateways) {
+    if (absl::Status status = start_gateway(listen, inotify); !status.ok()) return status;
+  }
   return options_.page.empty() ? absl::OkStatus() : start_page(inotify);
+}
+
+absl::Status LocalCluster::start_gateway(const std::string& listen, int inotify) {
+  const std::string ready_file = absl::StrCat("gateway-", gateway_addresses_.size(), ".ready");
+  absl::StatusOr<ChildProcess> gateway = start_daemon(
+      "gateway",
+      {"--connect", address_, "--listen", listen, "--ready-file", (folder_ / ready_file).string()});
+  if (!gateway.ok()) return gateway.status();
+  beside_.push_back({"a gateway", *std::move(gateway)});
+  absl::StatusOr<std::string> address = await_ready(ready_file, beside_.back().process, inotify);
+  if (!address.ok()) return address.status();
+  gateway_addresses_.push_back(*std::move(address));
+  return absl::OkStatus();
 }
 
 absl::Status LocalCluster::start_page(int inotify) {
@@ -87,8 +103,8 @@ absl::Status LocalCluster::start_page(int inotify) {
   absl::StatusOr<ChildProcess> page =
       ChildProcess::start(options_.daemons / kViewer, arguments, folder_ / "viewer.log");
   if (!page.ok()) return page.status();
-  page_ = *std::move(page);
-  absl::StatusOr<std::string> url = await_ready(kPageReadyFile, *page_, inotify);
+  beside_.push_back({"the web UI", *std::move(page)});
+  absl::StatusOr<std::string> url = await_ready(kPageReadyFile, beside_.back().process, inotify);
   if (!url.ok()) return url.status();
   page_url_ = *std::move(url);
   return absl::OkStatus();
@@ -234,15 +250,17 @@ absl::Status LocalCluster::wait_until_ended(absl::Duration timeout) {
 absl::Status LocalCluster::wait_for_interrupt(const std::function<void(const std::string&)>& on_loss) {
   std::vector<int> descriptors = {options_.interrupt_descriptor};
   for (const ChildProcess& daemon : daemons_) descriptors.push_back(daemon.descriptor());
-  if (page_) descriptors.push_back(page_->descriptor());
+  for (const Beside& other : beside_) descriptors.push_back(other.process.descriptor());
   for (;;) {
     const std::optional<std::size_t> event = wait_readable(descriptors, kForever);
     if (!event) continue;
     if (*event == 0) return absl::OkStatus();
     if (*event > daemons_.size()) {
-      page_->ended();
-      on_loss(absl::StrCat("the web UI is lost: ", page_->epitaph()));
-      descriptors.pop_back();
+      const auto lost = beside_.begin() + static_cast<std::ptrdiff_t>(*event - 1 - daemons_.size());
+      lost->process.ended();
+      on_loss(absl::StrCat(lost->name, " is lost: ", lost->process.epitaph()));
+      beside_.erase(lost);
+      descriptors.erase(descriptors.begin() + static_cast<std::ptrdiff_t>(*event));
       continue;
     }
     const std::size_t place = *event - 1;
@@ -273,7 +291,7 @@ absl::Status LocalCluster::replace(std::size_t place) {
 }
 
 void LocalCluster::stop(absl::Duration patience) {
-  page_.reset();
+  beside_.clear();
   for (ChildProcess& daemon : daemons_) daemon.signal(SIGTERM);
   const absl::Time deadline = absl::Now() + patience;
   for (ChildProcess& daemon : daemons_) {

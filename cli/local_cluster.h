@@ -34,6 +34,7 @@ struct LocalClusterOptions {
   absl::Duration start_timeout = absl::Seconds(20);
   absl::Duration join_timeout = absl::Seconds(20);  // how long a load waits for servers
   int interrupt_descriptor = -1;                    // readable when the user wants to end
+  std::vector<std::string> gateways;                // host:port of each; port 0: any free one
   std::string page;                                 // host:port of tessera-viewer; empty: without
   bool page_on_any_port = false;                    // where that port is in use
   absl::Duration checkpoint_every;                  // 0: none, and the world ends with any of its servers
@@ -51,9 +52,9 @@ struct LocalClusterOptions {
 // One thread at a time.
 class LocalCluster {
  public:
-  // Returns when the coordinator answers clients, and the web UI browsers; servers may still be joining:
-  // a load waits for them. UNAVAILABLE with the last lines of its log where a daemon ends early, NOT_FOUND
-  // where there is none to start, DEADLINE_EXCEEDED, CANCELLED.
+  // Returns when the coordinator and the gateways answer clients, and the web UI browsers; servers may still
+  // be joining: a load waits for them. UNAVAILABLE with the last lines of its log where a daemon ends early,
+  // NOT_FOUND where there is none to start, DEADLINE_EXCEEDED, CANCELLED.
   static absl::StatusOr<std::unique_ptr<LocalCluster>> start(const LocalClusterOptions& options);
 
   // Stops what still runs.
@@ -61,6 +62,9 @@ class LocalCluster {
 
   // host:port of the coordinator.
   const std::string& address() const { return address_; }
+  // Of the gateways, in their order.
+  const std::vector<std::string>& gateways() const { return gateway_addresses_; }
+  pid_t gateway(std::size_t place) const { return beside_.at(place).process.pid(); }
   // Of the web UI; empty if there is none.
   const std::string& page_url() const { return page_url_; }
   pid_t coordinator() const { return daemons_.front().pid(); }
@@ -91,8 +95,8 @@ class LocalCluster {
   absl::Status wait_until_ended(absl::Duration timeout);
 
   // Waits, without any limit, until the user interrupts (OK) or a daemon ends (UNAVAILABLE; OK if in order).
-  // If the web UI ends, or a daemon that is replaced, `on_loss` is called with what is lost, and the cluster
-  // continues.
+  // If a gateway or the web UI ends, or a daemon that is replaced, `on_loss` is called with what is lost, and
+  // the cluster continues.
   absl::Status wait_for_interrupt(const std::function<void(const std::string&)>& on_loss);
 
   // Asks all daemons to end (SIGTERM), and ends those that have not within `patience`.
@@ -104,6 +108,7 @@ class LocalCluster {
  private:
   explicit LocalCluster(const LocalClusterOptions& options);
   absl::Status launch();
+  absl::Status start_gateway(const std::string& listen, int inotify);
   absl::Status start_page(int inotify);
   absl::StatusOr<ChildProcess> new_server();
   absl::StatusOr<ChildProcess> new_coordinator(const std::string& listen);
@@ -120,9 +125,15 @@ class LocalCluster {
   std::string address_;
   std::string page_url_;
   std::vector<ChildProcess> daemons_;  // the coordinator first
-  int logs_ = 0;                       // begun
-  std::deque<absl::Time> replaced_;    // the latest ones, when
-  std::optional<ChildProcess> page_;   // no part of the cluster: it may end and the cluster goes on
+  // No part of the cluster: it may end, and the cluster goes on.
+  struct Beside {
+    std::string name;
+    ChildProcess process;
+  };
+  std::vector<Beside> beside_;  // the gateways first
+  std::vector<std::string> gateway_addresses_;
+  int logs_ = 0;                     // begun
+  std::deque<absl::Time> replaced_;  // the latest ones, when
   bool keep_logs_ = false;
 };
 

@@ -23,8 +23,10 @@ int run(int argc, char** argv) {
   add_apply_command(app, action);
   add_body_commands(app, action);
   add_joint_commands(app, action);
+  add_program_commands(app, action);
   add_snapshot_commands(app, action);
   add_status_commands(app, action);
+  add_store_commands(app, action);
   add_query_commands(app, action);
   add_keys_commands(app, action);
   add_convert_command(app, action);

@@ -107,7 +107,8 @@ absl::StatusOr<Proof> prove(const RunOptions& options, const RunReport& run) {
 }
 
 bool holds(const Proof& proof, const RunReport& run) {
-  return proof.in_process.world_hash == run.world_hash && proof.in_process.ticks == run.ticks;
+  return proof.in_process.world_hash == run.world_hash && proof.in_process.program_hash == run.program_hash &&
+         proof.in_process.ticks == run.ticks;
 }
 
 std::string to_text(const Proof& proof, const RunReport& run) {

@@ -19,8 +19,9 @@ void add_hash(CLI::App& app, Action& action) {
   on_cluster(command, action, [](Client& client, nlohmann::json& data) -> absl::Status {
     const absl::StatusOr<HashAt> hash = client.hash();
     if (!hash.ok()) return hash.status();
-    data = {{"world_hash", hash->hash}, {"tick", hash->tick}};
+    data = {{"world_hash", hash->hash}, {"program_hash", hash->programs}, {"tick", hash->tick}};
     absl::PrintF("%s at tick %d\n", hash->hash, hash->tick);
+    if (!hash->programs.empty()) absl::PrintF("%s of programs\n", hash->programs);
     return absl::OkStatus();
   });
 }
@@ -130,6 +131,9 @@ struct WatchOptions {
   std::vector<std::string> bodies;
   bool contacts = false;
   bool persisting = false;
+  std::uint32_t mask = 0;
+  double impulse_min = 0;
+  std::uint64_t bytes_per_second = 0;
   bool awake = false;
   std::uint32_t every = 1;
   std::uint64_t frames = 0;
@@ -160,7 +164,8 @@ nlohmann::json to_json(const ContactFrame& frame) {
   nlohmann::json contacts = nlohmann::json::array();
   for (const ContactSample& contact : frame.contacts) {
     contacts.push_back({{"phase", name_of(contact.phase)}, {"a", contact.a.value}, {"b", contact.b.value}});
-    if (contact.phase == ContactPhase::kEnd) continue;
+    if (contact.trigger) contacts.back()["trigger"] = true;
+    if (contact.phase == ContactPhase::kEnd || contact.trigger) continue;
     const auto numbers = [](const Eigen::Vector3d& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
     nlohmann::json& patch = contacts.back();
     patch["position"] = to_json(contact.position);
@@ -186,8 +191,8 @@ void print(const BodyFrame& frame) {
 void print(const ContactFrame& frame) {
   for (const ContactSample& contact : frame.contacts) {
     absl::PrintF("%d  %s  %d-%d", frame.tick, name_of(contact.phase), contact.a.value, contact.b.value);
-    if (contact.phase == ContactPhase::kEnd) {
-      absl::PrintF("\n");
+    if (contact.phase == ContactPhase::kEnd || contact.trigger) {
+      absl::PrintF("%s\n", contact.trigger ? "  trigger" : "");
     } else {
       absl::PrintF("  %s + (%s) m  %.4g N s\n", to_string(contact.position.sector),
                    to_string(contact.position.local), contact.impulse);
@@ -241,7 +246,10 @@ absl::Status watch(Client& client, const WatchOptions& options, nlohmann::json& 
     ids.push_back(found->id);
   }
   if (options.contacts) {
-    return follow<ContactFrame>(client.watch_contacts({.ids = ids, .persisting = options.persisting}),
+    return follow<ContactFrame>(client.watch_contacts({.ids = ids,
+                                                       .persisting = options.persisting,
+                                                       .mask = options.mask,
+                                                       .impulse_min = options.impulse_min}),
                                 options.frames, data);
   }
   if (options.divergences) {
@@ -251,6 +259,7 @@ absl::Status watch(Client& client, const WatchOptions& options, nlohmann::json& 
   filter.ids = ids;
   filter.every_ticks = options.every;
   filter.only_awake = options.awake;
+  filter.bytes_per_second = options.bytes_per_second;
   filter.complete = true;
   return follow<BodyFrame>(client.watch_bodies(filter), options.frames, data);
 }
@@ -260,13 +269,29 @@ void add_watch(CLI::App& app, Action& action) {
                                   "tessera watch crate --every 60\n  tessera watch --contacts");
   const auto options = std::make_shared<WatchOptions>();
   command.add_option("bodies", options->bodies, "names or ids; all bodies if none is given");
-  CLI::Option* contacts = command.add_flag("--contacts", options->contacts, "contacts that begin and end");
+  CLI::Option* contacts = command.add_flag(
+      "--contacts", options->contacts, "contacts that begin and end, and what enters and leaves triggers");
   command.add_flag("--persisting", options->persisting, "and those that go on")->needs(contacts);
+  command
+      .add_option("--mask", options->mask,
+                  "only contacts with a body of any of these collision categories, as bits; 0: all")
+      ->needs(contacts)
+      ->capture_default_str();
+  command
+      .add_option("--impulse-min", options->impulse_min,
+                  "N s; not 0: each pair in every tick in which it has at least that, and no ends")
+      ->needs(contacts)
+      ->capture_default_str();
   command.add_flag("--divergences", options->divergences, "bodies that leave all range, and are stopped")
       ->excludes(contacts);
   command.add_flag("--awake", options->awake, "only bodies that are awake")->excludes(contacts);
   command.add_option("--every", options->every, "ticks between two looks at bodies")
       ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command
+      .add_option("--bytes-per-second", options->bytes_per_second,
+                  "of all servers together, at most; what is too much is told later; 0: no limit")
+      ->excludes(contacts)
       ->capture_default_str();
   command.add_option("--frames", options->frames, "end after so many ticks; 0: never");
   on_cluster(command, action,

@@ -83,6 +83,7 @@ absl::Status question(Client& client, RunReport& report) {
     return absl::InternalError(absl::StrCat("the world is at tick ", hash->tick, " and not at ", last));
   }
   report.world_hash = hash->hash;
+  report.program_hash = hash->programs;
   report.sectors = status->counts.sectors;
   report.counts = status->counts_since_load;
   report.divergences = status->divergences;

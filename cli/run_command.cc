@@ -4,9 +4,11 @@
 
 #include <memory>
 
+#include "cli/check_programs.h"
 #include "cli/command.h"
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
+#include "cli/prepared_run.h"
 #include "cli/prove.h"
 #include "cli/run_cluster.h"
 #include "cli/run_local.h"
@@ -19,6 +21,17 @@ namespace {
 absl::StatusOr<RunReport> simulate(const RunOptions& options) {
   if (options.plain) return run_plain(options);
   return options.in_process ? run_in_process(options) : run_cluster(options);
+}
+
+absl::Status check(RunOptions options, nlohmann::json& json) {
+  options.trajectory = {};
+  const absl::StatusOr<PreparedRun> run = prepare(options, "check");
+  if (!run.ok()) return run.status();
+  const absl::StatusOr<CheckedPrograms> checked = check_programs(run->loaded.world, run->report.ticks);
+  if (!checked.ok()) return checked.status();
+  absl::PrintF("%s", to_text(*checked));
+  json["programs_checked"] = checked->ticks;
+  return absl::OkStatus();
 }
 
 absl::Status run(const RunOptions& options) {
@@ -37,6 +50,7 @@ absl::Status run(const RunOptions& options) {
     if (!holds(*proof, *report))
       outcome = absl::InternalError("the cluster and one process ended in different bits");
   }
+  if (options.check_programs) outcome.Update(check(options, json));
   if (report->counts.diverged > 0 && !options.allow_divergence) {
     outcome.Update(absl::OutOfRangeError(absl::StrCat(
         "bodies diverged, and were stopped, ", report->counts.diverged,
@@ -90,6 +104,13 @@ void add_run_command(CLI::App& app, Action& action) {
   command
       .add_flag("--prove", options->prove,
                 "afterwards compare with the same run in one process, bit by bit, and with plain Bullet")
+      ->excludes(plain)
+      ->excludes(from);
+  command
+      .add_flag("--check-programs", options->check_programs,
+                "afterwards run the world on one server, on three that are shuffled, and restored in the "
+                "middle, in "
+                "this process, and compare programs and bodies at every tick")
       ->excludes(plain)
       ->excludes(from);
   add_parsed(command, "--snapshot", options->snapshot, parse_output_file,

@@ -60,6 +60,17 @@ absl::StatusOr<RunReport> finished(
   return report;
 }
 
+std::string name_of(BodyId id, const WorldCatalogue& catalogue) {
+  const auto found = std::ranges::lower_bound(catalogue.bodies, id, {}, &WorldCatalogue::Body::id);
+  return found != catalogue.bodies.end() && found->id == id ? found->name : "";
+}
+
+std::string name_of(JointId id, const WorldCatalogue& catalogue) {
+  const auto found =
+      std::ranges::lower_bound(catalogue.joints, id, {}, [](const auto& joint) { return joint.record.id; });
+  return found != catalogue.joints.end() && found->record.id == id ? found->name : "";
+}
+
 // The rows of a tick, where it is wanted.
 void add_rows(const Simulation& simulation, Trajectory& trajectory, Tick tick) {
   if (!trajectory.wants(tick)) return;
@@ -72,14 +83,13 @@ void add_rows(const Simulation& simulation, Trajectory& trajectory, Tick tick) {
   }
 }
 
-// With the names of the world file: bodies and joints have their ids in its order.
-void note_divergences(const std::vector<Divergence>& divergences, const WorldDescription& world,
+void note_divergences(const std::vector<Divergence>& divergences, const WorldCatalogue& catalogue,
                       RunReport& report) {
   for (const Divergence& divergence : divergences) {
     if (report.divergences.size() == kDivergencesKept) return;
     NamedDivergence& named = report.divergences.emplace_back(NamedDivergence{divergence, "", ""});
-    named.body_name = world.bodies.at(divergence.body.value - 1).name;
-    if (divergence.joint.value != 0) named.joint_name = world.joints.at(divergence.joint.value - 1).name;
+    named.body_name = name_of(divergence.body, catalogue);
+    named.joint_name = name_of(divergence.joint, catalogue);
   }
 }
 
@@ -95,13 +105,14 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
                     : Simulation::create(world, report.threads);
   if (!simulation.ok()) return simulation.status();
   report.load_seconds = seconds_since(run->begin);
+  const WorldCatalogue catalogue = run->snapshot ? run->snapshot->catalogue : catalogue_of(world);
 
   const auto step = [&] {
     (*simulation)->step();
     const TickCounts& counts = (*simulation)->counts();
     report.sectors = counts.sectors;
     report.counts.add_tick(counts);
-    note_divergences((*simulation)->divergences(), world, report);
+    note_divergences((*simulation)->divergences(), catalogue, report);
   };
   const auto look = [&](Tick tick) {
     if (run->trajectory) add_rows(**simulation, *run->trajectory, tick);
@@ -112,11 +123,11 @@ absl::StatusOr<RunReport> run_in_process(const RunOptions& options) {
   }
 
   if (!options.snapshot.empty()) {
-    absl::Status status = write_snapshot(
-        options.snapshot,
-        chunks_of((*simulation)->snapshot(), run->snapshot ? run->snapshot->catalogue : catalogue_of(world)));
+    absl::Status status = write_snapshot(options.snapshot, chunks_of((*simulation)->snapshot(), catalogue));
     if (!status.ok()) return status;
   }
+  if (const WorldHash programs = (*simulation)->program_hash(); programs != WorldHash())
+    report.program_hash = programs.to_string();
   return finished(std::move(report), world, (*simulation)->hash(),
                   [&](const auto& visit) { (*simulation)->for_each_body(visit); });
 }

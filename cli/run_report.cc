@@ -104,6 +104,7 @@ nlohmann::json to_json(const RunReport& report) {
       {"mode", report.mode},
       {"world", report.world},
       {"world_hash", report.world_hash},
+      {"program_hash", report.program_hash},
       {"first_tick", report.first_tick},
       {"ticks", report.ticks},
       {"bodies", report.bodies},
@@ -134,6 +135,7 @@ absl::StatusOr<RunReport> report_from_json(const nlohmann::json& json) {
     RunReport report;
     report.mode = json.at("mode").get<std::string>();
     report.world_hash = json.at("world_hash").get<std::string>();
+    report.program_hash = json.at("program_hash").get<std::string>();
     report.ticks = json.at("ticks").get<std::uint64_t>();
     report.real_time_factor = json.at("real_time_factor").get<double>();
     for (const TickCounter& counter : kTickCounters)
@@ -180,6 +182,7 @@ std::string to_text(const RunReport& report) {
                               report.tick_ms.p50, report.tick_ms.p99, report.tick_ms.max));
   row("peak memory", absl::StrFormat("%.0f MB (largest process)", report.peak_rss_mb));
   row("world hash", report.world_hash);
+  if (!report.program_hash.empty()) row("program hash", report.program_hash);
   std::string text = table(rows, {}, false);
   for (const NamedDivergence& divergence : report.divergences)
     absl::StrAppend(&text, "diverged: ", to_text(divergence), "\n");

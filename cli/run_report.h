@@ -39,6 +39,7 @@ struct RunOptions {
   bool in_process = false;
   bool plain = false;  // one plain Bullet world, in this process
   bool prove = false;
+  bool check_programs = false;
   bool allow_divergence = false;
   std::filesystem::path json;  // empty: none
 };
@@ -56,6 +57,7 @@ struct RunReport {
   std::string mode;  // "cluster", "in-process", "plain"
   std::string world;
   std::string world_hash;
+  std::string program_hash;      // empty: there are no programs
   std::uint64_t first_tick = 0;  // completed before the run: of the snapshot
   std::uint64_t ticks = 0;
   std::uint64_t bodies = 0;   // static ones too

@@ -7,14 +7,18 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "cli/command.h"
 #include "cli/interrupt.h"
 #include "cli/output_file.h"
+#include "cli/run_apart.h"
 #include "cli/world_options.h"
 #include "simulator/scenario.h"
 #include "simulator/shrink.h"
@@ -23,6 +27,7 @@ namespace tessera::cli {
 namespace {
 
 constexpr int kShrinkTriesMax = 200;
+constexpr std::uint32_t kPlacesMax = 1'000'000;
 
 struct SimulateOptions {
   std::filesystem::path world;  // empty: corner_pile()
@@ -30,31 +35,45 @@ struct SimulateOptions {
   Scenario scenario;  // the first of them
   std::uint64_t seeds = 1;
   std::string only_faults;
+  std::string only_commands;
   bool shrinks = true;
   bool shows_log = false;
   std::filesystem::path json;
 };
 
 absl::StatusOr<WorldDescription> world_of(const SimulateOptions& options) {
-  if (options.world.empty()) return corner_pile();
+  if (options.world.empty()) {
+    WorldDescription world = corner_pile();
+    if (absl::Status status = apply(options.overrides, world); !status.ok()) return status;
+    return world;
+  }
   absl::StatusOr<LoadedWorld> loaded = load_world(options.world, options.overrides);
   if (!loaded.ok()) return loaded.status();
   return std::move(loaded->world);
 }
 
-absl::StatusOr<std::vector<std::uint32_t>> places_from(const std::string& text) {
+// As text_of_places() writes them.
+absl::StatusOr<std::vector<std::uint32_t>> places_from(absl::string_view option, const std::string& text) {
   std::vector<std::uint32_t> places;
   if (text == "none") return places;
   for (const absl::string_view part : absl::StrSplit(text, ',')) {
-    if (!absl::SimpleAtoi(part, &places.emplace_back())) {
-      return absl::InvalidArgumentError(absl::StrCat("--only-faults: '", part, "' is no place in the list"));
-    }
+    const std::pair<absl::string_view, absl::string_view> ends =
+        absl::StrSplit(part, absl::MaxSplits('-', 1));
+    std::uint32_t first = 0;
+    std::uint32_t last = 0;
+    const bool is_range = absl::SimpleAtoi(ends.first, &first) &&
+                          absl::SimpleAtoi(ends.second.empty() ? ends.first : ends.second, &last) &&
+                          first <= last && last <= kPlacesMax;
+    if (!is_range)
+      return absl::InvalidArgumentError(absl::StrCat(option, ": '", part, "' is no place in the list"));
+    for (std::uint32_t place = first; place <= last; ++place) places.push_back(place);
   }
+  std::ranges::sort(places);
   return places;
 }
 
 // A broken invariant ends this process: then this says which scenario it was.
-std::array<char, 1024> running_command{};
+std::array<char, 4096> running_command{};
 
 void tell_running_command(int) {
   constexpr char kIntroduction[] = "to repeat it: ";
@@ -78,14 +97,18 @@ class Runs {
     return runner_.checker().untouched_hash(options_.scenario.ticks);
   }
 
+  // In a process of its own, unless nobody looks for smaller ones: then one that ends its process can be made
+  // smaller, too.
   absl::StatusOr<ScenarioReport> run(const Scenario& scenario) {
     const std::string command = command_of(scenario);
     std::strncpy(running_command.data(), command.c_str(), running_command.size() - 1);
-    return runner_.run(scenario);
+    if (!options_.shrinks) return runner_.run(scenario);
+    return run_apart([this, &scenario] { return runner_.run(scenario); });
   }
 
   std::string command_of(const Scenario& scenario) const {
-    return tessera::command_of(scenario, options_.world.string());
+    return absl::StrCat(tessera::command_of(scenario, options_.world.string()),
+                        options_of(options_.overrides));
   }
 
   // Errors other than ABORTED end everything.
@@ -156,9 +179,14 @@ absl::Status simulate(SimulateOptions& options) {
   const absl::StatusOr<WorldDescription> world = world_of(options);
   if (!world.ok()) return world.status();
   if (!options.only_faults.empty()) {
-    absl::StatusOr<std::vector<std::uint32_t>> places = places_from(options.only_faults);
+    absl::StatusOr<std::vector<std::uint32_t>> places = places_from("--only-faults", options.only_faults);
     if (!places.ok()) return places.status();
     options.scenario.only_faults = *std::move(places);
+  }
+  if (!options.only_commands.empty()) {
+    absl::StatusOr<std::vector<std::uint32_t>> places = places_from("--only-commands", options.only_commands);
+    if (!places.ok()) return places.status();
+    options.scenario.only_commands = *std::move(places);
   }
   signal(SIGABRT, tell_running_command);
   Runs runs(options, *world);
@@ -196,6 +224,15 @@ void add_scenario_options(CLI::App& command, SimulateOptions& options) {
   command.add_option("--commands", scenario.commands, "random commands of clients on the way, and snapshots")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
+  command.add_flag("--extremes", scenario.extremes,
+                   "these are commands and queries of every kind, with fields at their bounds and beyond;\n"
+                   "some clients do not wait for answers; worlds are loaded anew, unloaded and restored");
+  command
+      .add_option("--tick-work-max", scenario.tick_work_ms_max,
+                  "ms of processor time that a tick may take in one process, or of one server; 0: any.\n"
+                  "It is measured, so it differs from run to run")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
     command
         .add_option(absl::StrCat("--", kFaultNames[kind].option), scenario.faults[kind],
@@ -206,7 +243,8 @@ void add_scenario_options(CLI::App& command, SimulateOptions& options) {
   command.add_option(
       "--only-faults", options.only_faults,
       "of these faults, in the order in which they begin, only those with these numbers, from 0\n"
-      "(\"0,3\"; \"none\")");
+      "(\"0,3-5\"; \"none\")");
+  command.add_option("--only-commands", options.only_commands, "likewise, of the commands");
 }
 
 }  // namespace

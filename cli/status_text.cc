@@ -1,6 +1,8 @@
 #include "cli/status_text.h"
 
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
 
 #include "cli/terminal.h"
 #include "cli/text.h"
@@ -48,9 +50,24 @@ std::string summary(const ClusterStatus& status) {
                              Colour::kRed),
                     "\n");
   }
+  for (const LeftOutCommands& each : status.left_out) {
+    absl::StrAppend(
+        &text,
+        coloured(absl::StrCat("left out at tick ", grouped(each.tick), ": ", each.reason), Colour::kRed),
+        ": ", each.commands, "\n");
+  }
   if (status.recoveries > 0) {
     absl::StrAppend(&text, "went on from a checkpoint ", grouped(status.recoveries),
                     " times, the latest is of tick ", grouped(status.checkpoint_tick), "\n");
+  }
+  for (const CutOff& server : status.cut_off) {
+    absl::StrAppendFormat(
+        &text, "at tick %s, went on without server %x%s, which was cut off from %s for %.1f s\n",
+        grouped(server.tick), server.node,
+        server.stream_address.empty() ? "" : absl::StrCat(" (", server.stream_address, ")"),
+        absl::StrJoin(server.unheard_by, ", ",
+                      [](std::string* out, std::uint64_t node) { absl::StrAppendFormat(out, "%x", node); }),
+        server.seconds);
   }
   if (status.joined_servers + status.left_servers > 0) {
     absl::StrAppend(&text, "while it ran, ", grouped(status.joined_servers), " servers have joined it, and ",

@@ -41,9 +41,13 @@ namespace {
 constexpr std::pair<absl::string_view, absl::string_view> kAliases[] = {{"precision", "--engine"},
                                                                         {"time_step", "--dt"}};
 
+std::string flag_of(absl::string_view name) {
+  return absl::StrCat("--", absl::StrReplaceAll(name, {{"_", "-"}}));
+}
+
 // "--time-step,--dt"
 std::string flags_of(const WorldSetting& setting) {
-  std::string flags = absl::StrCat("--", absl::StrReplaceAll(setting.name, {{"_", "-"}}));
+  std::string flags = flag_of(setting.name);
   for (const auto& [name, alias] : kAliases) {
     if (name == setting.name) absl::StrAppend(&flags, ",", alias);
   }
@@ -78,6 +82,19 @@ void add_override_options(CLI::App& command, WorldOverrides& overrides) {
                    "be left out, such as models of the network that are not on this machine");
   add_parsed(command, "--shift", overrides.shift, parse_shift,
              "I,J,K: move the world by whole sectors, up to 2^62 along each axis; 2^40 may be written so");
+}
+
+std::string options_of(const WorldOverrides& overrides) {
+  std::string options;
+  const nlohmann::ordered_json knobs = to_json(overrides.knobs);
+  for (const auto& [name, value] : knobs.items()) {
+    absl::StrAppend(&options, " ", flag_of(name), " ",
+                    value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  if (overrides.strict) absl::StrAppend(&options, " --strict");
+  const SectorOffset& shift = overrides.shift;
+  if (shift != SectorOffset{}) absl::StrAppend(&options, " --shift=", shift.i, ",", shift.j, ",", shift.k);
+  return options;
 }
 
 }  // namespace tessera::cli

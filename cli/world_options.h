@@ -22,4 +22,7 @@ absl::StatusOr<Knobs> read_knobs(const std::string& file);
 // `overrides` must outlive the parsing.
 void add_override_options(CLI::App& command, WorldOverrides& overrides);
 
+// The options that give these overrides, each with a blank before it; numbers as exactly as they are.
+std::string options_of(const WorldOverrides& overrides);
+
 }  // namespace tessera::cli

@@ -24,13 +24,16 @@ absl::StatusOr<LoadedWorld> read_world(const std::filesystem::path& file, bool s
 absl::StatusOr<LoadedWorld> load_world(const std::filesystem::path& file, const WorldOverrides& overrides) {
   absl::StatusOr<LoadedWorld> loaded = read_world(file, overrides.strict);
   if (!loaded.ok()) return loaded.status();
-  WorldDescription& world = loaded->world;
+  if (absl::Status status = apply(overrides, loaded->world); !status.ok()) return status;
+  return loaded;
+}
+
+absl::Status apply(const WorldOverrides& overrides, WorldDescription& world) {
   if (absl::Status status = apply(overrides.knobs, world); !status.ok()) return status;
   if (absl::Status status = move_by(world, overrides.shift); !status.ok()) {
     return absl::Status(status.code(), absl::StrCat("--shift: ", status.message()));
   }
-  if (absl::Status status = validate(world); !status.ok()) return status;
-  return loaded;
+  return validate(world);
 }
 
 }  // namespace tessera::cli

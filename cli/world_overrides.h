@@ -21,4 +21,7 @@ struct WorldOverrides {
 // world is too large to be cut into other sectors.
 absl::StatusOr<LoadedWorld> load_world(const std::filesystem::path& file, const WorldOverrides& overrides);
 
+// Changes and validates a world that comes from elsewhere. Errors likewise.
+absl::Status apply(const WorldOverrides& overrides, WorldDescription& world);
+
 }  // namespace tessera::cli

@@ -38,10 +38,7 @@ struct ActiveWorld {
   Roster servers;
 
   // The call that waits for the first time that all servers have it.
-  struct Load {
-    std::function<void(const absl::Status&, const v1::LoadReply&)> reply;
-    bool replaces_another = false;
-  };
+  using Load = std::function<void(const absl::Status&, const v1::LoadReply&)>;
   std::optional<Load> being_loaded;
 
   bool loading() const { return being_loaded.has_value(); }

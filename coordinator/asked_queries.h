@@ -5,12 +5,14 @@
 #include <absl/status/statusor.h>
 #include <google/protobuf/repeated_ptr_field.h>
 
-#include <optional>
+#include <chrono>
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "cluster.pb.h"
+#include "coordinator/query_kinds.h"
 #include "coordinator/world_registry.h"
-#include "lpss/model/joint.h"
 #include "query.pb.h"
 
 namespace tessera {
@@ -19,8 +21,14 @@ class AskedQueries {
  public:
   // What the registry knows is answered as of now, with all commands so far. Errors name the element, as
   // those of checked().
+  // Stops, with RESOURCE_EXHAUSTED, once one query has been looked at and `takes_too_long`, if there is any,
+  // says so.
   static absl::StatusOr<AskedQueries> checked(const google::protobuf::RepeatedPtrField<v1::Query>& queries,
-                                              const WorldRegistry& world);
+                                              const WorldRegistry& world,
+                                              const std::function<bool()>& takes_too_long = {});
+
+  // Bounds for each server. See v1::Queries; 0: none.
+  void bound(std::chrono::microseconds work_max, std::size_t bytes_max);
 
   // What servers are asked; none may be.
   const v1::Queries& asked() const { return asked_; }
@@ -28,30 +36,28 @@ class AskedQueries {
   // What one of them knows. INTERNAL if it is no answer.
   absl::Status add(v1::Answer answer);
   void forget_answers();
+  // Of the server that took longest, so far.
+  std::chrono::microseconds work() const { return work_; }
 
-  // By query, with what all servers have added; once. DATA_LOSS for an answer that is malformed.
+  // By query, with what all servers have added; once. DATA_LOSS for an answer that is malformed,
+  // RESOURCE_EXHAUSTED where a bound was too low for a server.
   absl::StatusOr<google::protobuf::RepeatedPtrField<v1::QueryResult>> results(const WorldRegistry& world);
 
  private:
-  // A query that servers answer.
   struct Item {
-    int place = 0;                                   // in the list
-    std::optional<std::vector<JointRecord>> joints;  // of joint states
-    std::vector<v1::PartialResult> parts;
+    int place = 0;          // in the list
+    AskedQuery query;       // its questions are in asked_
+    std::size_t first = 0;  // of them, there
+    std::vector<Parts> parts;
   };
 
   absl::Status take(int place, const v1::Query& query, const WorldRegistry& world);
-  template <typename Checked>
-  absl::Status ask(int place, absl::StatusOr<Checked> query, Checked* (v1::Query::*field)());
-  void ask_states(int place, const v1::StatesQuery& query, const WorldRegistry& world);
-  void ask_joint_states(int place, const v1::JointStatesQuery& query, const WorldRegistry& world);
-  Item& ask(int place, v1::Query query);
-  absl::Status finish(Item& item, const v1::Query& query, const WorldRegistry& world,
-                      v1::QueryResult& result) const;
 
   google::protobuf::RepeatedPtrField<v1::QueryResult> results_;  // of the registry; others are empty
   std::vector<Item> items_;
-  v1::Queries asked_;  // of each item
+  v1::Queries asked_;
+  std::chrono::microseconds work_{};
+  v1::Answer::Excess excess_ = v1::Answer::NONE;
 };
 
 }  // namespace tessera

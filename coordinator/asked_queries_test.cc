@@ -445,6 +445,31 @@ TEST(Queries, ARayPassesThroughALimitedNumberOfSectors) {
   EXPECT_EQ(cluster->take_grants(kFirst).at(0).questions_size(), 1);
 }
 
+// One request is no more work than a bound, however it is divided among queries.
+TEST(Queries, TakeSoMuchWorkInAll) {
+  WorldDescription world = small_world();
+  world.bodies.resize(2);
+  world.settings.sector_size = 10;
+  const auto cluster = loaded_cluster({}, world);
+  v1::Request request;
+  for (std::uint64_t n = 0; n < kIdsPerRequestMax; ++n) {
+    if (n % 1000 == 0) request.add_queries()->mutable_find_bodies();
+    request.mutable_queries()->rbegin()->mutable_find_bodies()->add_ids(n);
+  }
+  EXPECT_TRUE(cluster->send(request)->ok());
+  request.add_queries()->mutable_states()->add_ids(1);
+  EXPECT_THAT(cluster->send(request)->message(), HasSubstr("queries: 262145 ids must be at most 262144"));
+
+  v1::Query query = ray();
+  query.mutable_ray()->set_length(kRaySectorsMax * 10);
+  std::vector<v1::Query> rays(kWaySectorsPerRequestMax / static_cast<std::uint64_t>(kRaySectorsMax), query);
+  EXPECT_FALSE(cluster->query(rays)->status) << "it is asked";
+  rays.push_back(query);
+  const auto refused = cluster->query(rays);
+  EXPECT_EQ(refused->code(), kInvalid);
+  EXPECT_THAT(refused->message(), HasSubstr("327680 sectors in all, and may pass through 262144"));
+}
+
 TEST(Queries, SoManyWaitAtATime) {
   const auto cluster = loaded_cluster();
   cluster->ask<v1::ResumeReply>(v1::ResumeRequest());

@@ -11,6 +11,7 @@
 
 #include "coordinator/request_queue.h"
 #include "coordinator/service.h"
+#include "daemon/grpc_door.h"
 #include "keys/gate.h"
 
 namespace tessera {
@@ -39,6 +40,7 @@ class ClientEdge {
 
   TesseraService service_;
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<GrpcDoor> door_;  // in front of the server
   std::string address_;
 };
 

@@ -7,10 +7,12 @@
 #include <string>
 #include <utility>
 
+#include "coordinator/set_state.h"
 #include "lpss/model/checks.h"
 #include "lpss/model/limits.h"
 #include "lpss/model/validate.h"
 #include "lpss/model/world_records.h"
+#include "lpss/programs/registry.h"
 #include "proto/convert.h"
 
 namespace tessera {
@@ -22,6 +24,14 @@ absl::StatusOr<std::array<double, 3>> bounded_vector(absl::string_view what, con
   if (absl::Status status = finite(std::string(what), from_proto(vector), most, unit); !status.ok())
     return status;
   return std::array<double, 3>{vector.x(), vector.y(), vector.z()};
+}
+
+absl::StatusOr<Wrench> bounded_wrench(const v1::Vector3& force, const v1::Vector3& torque) {
+  const auto bounded_force = bounded_vector("force", force, kForceMax, "N");
+  if (!bounded_force.ok()) return bounded_force.status();
+  const auto bounded_torque = bounded_vector("torque", torque, kTorqueMax, "N m");
+  if (!bounded_torque.ok()) return bounded_torque.status();
+  return Wrench{*bounded_force, *bounded_torque};
 }
 
 struct Target {
@@ -67,8 +77,6 @@ absl::StatusOr<BodyRecord> placed(const Target& target, const Request& command, 
   return record_of(body, world.settings());
 }
 
-}  // namespace
-
 absl::StatusOr<Command> checked(const v1::SetVelocity& command, const WorldRegistry& world) {
   const absl::StatusOr<Target> body = target(command.body(), world);
   if (!body.ok()) return body.status();
@@ -95,11 +103,46 @@ absl::StatusOr<Command> checked(const v1::ApplyImpulse& command, const WorldRegi
 absl::StatusOr<Command> checked(const v1::ApplyForce& command, const WorldRegistry& world) {
   const absl::StatusOr<Target> body = dynamic_target(command.body(), world);
   if (!body.ok()) return body.status();
-  const auto force = bounded_vector("force", command.force(), kForceMax, "N");
-  if (!force.ok()) return in(body->title(), force.status());
-  const auto torque = bounded_vector("torque", command.torque(), kTorqueMax, "N m");
-  if (!torque.ok()) return in(body->title(), torque.status());
-  return ApplyForce{body->id, {*force, *torque}};
+  const absl::StatusOr<Wrench> wrench = bounded_wrench(command.force(), command.torque());
+  if (!wrench.ok()) return in(body->title(), wrench.status());
+  return ApplyForce{body->id, *wrench};
+}
+
+absl::StatusOr<Command> checked(const v1::SetForce& command, const WorldRegistry& world) {
+  const absl::StatusOr<Target> body = dynamic_target(command.body(), world);
+  if (!body.ok()) return body.status();
+  const absl::StatusOr<Wrench> wrench = bounded_wrench(command.force().force(), command.force().torque());
+  if (!wrench.ok()) return in(body->title(), wrench.status());
+  SetForce set{body->id, {}};
+  if (command.has_force()) set.force = LastingForce{*wrench, command.force().body_axes()};
+  return set;
+}
+
+absl::StatusOr<Command> checked(const v1::TellProgram& command, const WorldRegistry& world) {
+  const absl::StatusOr<Target> body = target(command.body(), world);
+  if (!body.ok()) return body.status();
+  const std::vector<std::string>& kinds = body->entry->tags.programs;
+  if (command.program() >= kinds.size())
+    return refused(body->title(), ": program = ", command.program(), " must be below ", kinds.size(),
+                   ", the number of its programs");
+  const Program* const program = find_program(kinds[command.program()]);
+  if (program == nullptr)
+    return refused(body->title(), ": program ", kinds[command.program()], " is unknown");
+  TellProgram told{body->id, command.program(), {}, {}};
+  if (command.numbers().size() > static_cast<int>(kProgramNumbersMax))
+    return refused(body->title(), ": ", command.numbers().size(), " numbers must be at most ",
+                   kProgramNumbersMax);
+  for (const v1::NamedNumber& number : command.numbers()) {
+    if (const auto input = place_of(number.name(), program->inputs())) {
+      told.inputs.emplace_back(*input, number.value());
+    } else if (const auto parameter = place_of(number.name(), program->parameters())) {
+      told.parameters.emplace_back(*parameter, number.value());
+    } else {
+      return refused(body->title(), ": ", no_number(*program, number.name()));
+    }
+  }
+  if (absl::Status status = check_numbers(*program, told); !status.ok()) return in(body->title(), status);
+  return told;
 }
 
 absl::StatusOr<Command> checked(const v1::Teleport& command, const WorldRegistry& world) {
@@ -147,9 +190,17 @@ absl::StatusOr<Command> checked(const v1::SetSurfaceMotion& command, const World
   return SetSurfaceMotion{body->id, *velocity, *running};
 }
 
-absl::StatusOr<Command> checked(const v1::SetProperties& command, const WorldRegistry& world) {
+// Of those, the ones that servers know.
+bool changes_physics(const v1::SetProperties& command) {
+  return command.has_motion() || command.has_mass() || command.has_inertia() || command.has_friction() ||
+         command.has_restitution() || command.has_linear_damping() || command.has_angular_damping() ||
+         command.has_category() || command.has_mask() || command.has_gravity();
+}
+
+absl::StatusOr<std::vector<Command>> checked(const v1::SetProperties& command, const WorldRegistry& world) {
   const absl::StatusOr<Target> body = target(command.body(), world);
   if (!body.ok()) return body.status();
+  if (!changes_physics(command)) return std::vector<Command>();
   BodyDescription changed;
   changed.name = body->entry->name;
   changed.properties = body->entry->properties;
@@ -178,7 +229,7 @@ absl::StatusOr<Command> checked(const v1::SetProperties& command, const WorldReg
   if (command.has_gravity()) properties.gravity = command.gravity();
   const Shape* shape = world.shapes().find(properties.shape);
   if (absl::Status status = validate(changed, *shape, world.settings()); !status.ok()) return status;
-  return SetProperties{body->id, properties};
+  return std::vector<Command>{SetProperties{body->id, properties}};
 }
 
 absl::StatusOr<Command> checked(const v1::ApplyRadialImpulse& command, const WorldRegistry& world) {
@@ -226,6 +277,49 @@ absl::StatusOr<Command> checked(const v1::SetJointDrives& command, const WorldRe
     return refused(title, status.message());
   }
   return SetDrives{*id, drives};
+}
+
+// As a list of one.
+absl::StatusOr<std::vector<Command>> alone(absl::StatusOr<Command> command) {
+  if (!command.ok()) return command.status();
+  std::vector<Command> list;
+  list.push_back(*std::move(command));
+  return list;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<Command>> checked(const v1::Command& command, const WorldRegistry& world) {
+  switch (command.kind_case()) {
+    case v1::Command::kSetVelocity:
+      return alone(checked(command.set_velocity(), world));
+    case v1::Command::kApplyImpulse:
+      return alone(checked(command.apply_impulse(), world));
+    case v1::Command::kApplyForce:
+      return alone(checked(command.apply_force(), world));
+    case v1::Command::kSetForce:
+      return alone(checked(command.set_force(), world));
+    case v1::Command::kTellProgram:
+      return alone(checked(command.tell_program(), world));
+    case v1::Command::kTeleport:
+      return alone(checked(command.teleport(), world));
+    case v1::Command::kSetState:
+      return checked(command.set_state(), world);
+    case v1::Command::kSetKinematicTarget:
+      return alone(checked(command.set_kinematic_target(), world));
+    case v1::Command::kSetSurfaceMotion:
+      return alone(checked(command.set_surface_motion(), world));
+    case v1::Command::kSetProperties:
+      return checked(command.set_properties(), world);
+    case v1::Command::kApplyRadialImpulse:
+      return alone(checked(command.apply_radial_impulse(), world));
+    case v1::Command::kRemoveJoint:
+      return alone(checked(command.remove_joint(), world));
+    case v1::Command::kSetJointDrives:
+      return alone(checked(command.set_joint_drives(), world));
+    default:
+      return refused("a command of no known kind");
+  }
 }
 
 }  // namespace tessera

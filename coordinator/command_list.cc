@@ -3,12 +3,13 @@
 #include <absl/strings/str_cat.h>
 
 #include <iterator>
+#include <string>
 #include <utility>
 
 #include "coordinator/command_checks.h"
 #include "coordinator/element_name.h"
 #include "coordinator/limits.h"
-#include "coordinator/set_state.h"
+#include "coordinator/ownership.h"
 #include "lpss/model/checks.h"
 
 namespace tessera {
@@ -18,8 +19,8 @@ using ClientCommands = google::protobuf::RepeatedPtrField<v1::Command>;
 
 class CommandList {
  public:
-  CommandList(WorldRegistry& registry, Tick at, std::size_t shape_bytes_max)
-      : registry_(registry), at_(at), shape_bytes_max_(shape_bytes_max) {
+  CommandList(WorldRegistry& registry, Tick at, std::string owner, std::size_t shape_bytes_max)
+      : registry_(registry), at_(at), owner_(std::move(owner)), shape_bytes_max_(shape_bytes_max) {
     given_.applied.set_tick(at);
   }
 
@@ -31,55 +32,47 @@ class CommandList {
         return remove(command.remove());
       case v1::Command::kAddJoint:
         return add_joint(place, command.add_joint());
-      case v1::Command::kSetState:
-        return take(checked(command.set_state(), registry_));
-      case v1::Command::kSetVelocity:
-        return take(checked(command.set_velocity(), registry_));
-      case v1::Command::kApplyImpulse:
-        return take(checked(command.apply_impulse(), registry_));
-      case v1::Command::kApplyForce:
-        return take(checked(command.apply_force(), registry_));
-      case v1::Command::kTeleport:
-        return take(checked(command.teleport(), registry_));
-      case v1::Command::kSetKinematicTarget:
-        return take(checked(command.set_kinematic_target(), registry_));
-      case v1::Command::kSetSurfaceMotion:
-        return take(checked(command.set_surface_motion(), registry_));
-      case v1::Command::kSetProperties:
-        return take(checked(command.set_properties(), registry_));
-      case v1::Command::kApplyRadialImpulse:
-        return take(checked(command.apply_radial_impulse(), registry_));
-      case v1::Command::kRemoveJoint:
-        return take(checked(command.remove_joint(), registry_));
-      case v1::Command::kSetJointDrives:
-        return take(checked(command.set_joint_drives(), registry_));
-      case v1::Command::KIND_NOT_SET:
+      default:
         break;
     }
-    return refused("a command of no known kind");
+    absl::StatusOr<std::vector<Command>> commands = checked(command, registry_);
+    if (!commands.ok()) return commands.status();
+    for (Command& each : *commands) {
+      if (absl::Status status = push(std::move(each)); !status.ok()) return status;
+    }
+    return command.has_set_properties() ? set_tags(command.set_properties()) : absl::OkStatus();
   }
 
   GivenCommands finish() { return std::move(given_); }
 
  private:
   // As servers carry it out, for it is carried out on the registry.
-  void push(Command command) {
+  absl::Status push(Command command) {
+    if (absl::Status status = may_give(owner_, command, registry_); !status.ok()) return status;
     registry_.apply(command, at_);
     given_.commands.push_back(std::move(command));
-  }
-  absl::Status take(absl::StatusOr<Command> command) {
-    if (!command.ok()) return command.status();
-    push(*std::move(command));
     return absl::OkStatus();
   }
-  absl::Status take(absl::StatusOr<std::vector<Command>> commands) {
-    if (!commands.ok()) return commands.status();
-    for (Command& command : *commands) push(std::move(command));
+
+  // Of a command that has been checked.
+  absl::Status set_tags(const v1::SetProperties& command) {
+    if (!command.has_user_data() && !command.has_owner()) return absl::OkStatus();
+    const BodyId id = *registry_.resolve(command.body());
+    if (absl::Status status = may_command(owner_, id, registry_); !status.ok()) return status;
+    BodyTags tags = registry_.find(id)->tags;
+    if (command.has_user_data()) tags.user_data = command.user_data();
+    if (command.has_owner()) {
+      if (!owner_.empty())
+        return absl::PermissionDeniedError("owner: only a request without an owner may change it");
+      tags.owner = command.owner();
+    }
+    if (absl::Status status = validate(tags); !status.ok()) return status;
+    registry_.set_tags(id, std::move(tags));
     return absl::OkStatus();
   }
 
   absl::Status spawn(int place, const v1::Spawn& spawn) {
-    absl::StatusOr<WorldRegistry::Spawned> spawned = registry_.spawn(spawn, at_, shape_bytes_max_);
+    absl::StatusOr<WorldRegistry::Spawned> spawned = registry_.spawn(spawn, at_, owner_, shape_bytes_max_);
     if (!spawned.ok()) return spawned.status();
     v1::Created& created = *given_.applied.add_created();
     created.set_command(place);
@@ -112,18 +105,20 @@ class CommandList {
         return absl::NotFoundError(
             absl::StrCat("there is no body whose name begins with '", removal.prefix(), "'"));
       }
-      for (const BodyId id : ids) push(registry_.removal_of(id));
+      for (const BodyId id : ids) {
+        if (absl::Status status = push(registry_.removal_of(id)); !status.ok()) return status;
+      }
       return absl::OkStatus();
     }
     const absl::StatusOr<BodyId> id = registry_.resolve(removal.body());
     if (!id.ok()) return id.status();
-    push(registry_.removal_of(*id));
-    return absl::OkStatus();
+    return push(registry_.removal_of(*id));
   }
 
   absl::Status add_joint(int place, const v1::AddJoint& addition) {
     const absl::StatusOr<JointRecord> joint = registry_.add_joint(addition);
     if (!joint.ok()) return joint.status();
+    if (absl::Status status = may_command(owner_, *joint, registry_); !status.ok()) return status;
     v1::Created& created = *given_.applied.add_created();
     created.set_command(place);
     created.set_first_joint(joint->id.value);
@@ -134,6 +129,7 @@ class CommandList {
 
   WorldRegistry& registry_;
   const Tick at_;
+  const std::string owner_;
   const std::size_t shape_bytes_max_;
   GivenCommands given_;
 };
@@ -141,10 +137,11 @@ class CommandList {
 }  // namespace
 
 absl::StatusOr<GivenCommands> give(const ClientCommands& list, WorldRegistry& registry, Tick at,
-                                   std::size_t shape_bytes_max) {
+                                   const std::string& owner, std::size_t shape_bytes_max) {
+  if (absl::Status status = validate(BodyTags{owner, {}}); !status.ok()) return status;
   if (list.size() > kCommandsPerListMax)
     return refused("commands: ", list.size(), " elements must be at most ", kCommandsPerListMax);
-  CommandList commands(registry, at, shape_bytes_max);
+  CommandList commands(registry, at, owner, shape_bytes_max);
   for (int place = 0; place < list.size(); ++place) {
     if (absl::Status status = commands.give(place, list[place]); !status.ok())
       return at_element(status, "commands", place, list[place], list.size());
@@ -168,7 +165,8 @@ absl::StatusOr<GivenCommands> give_again(const v1::RecordedCommands& recorded, W
                                             " and ", next.next_joint.value, ", but the log has ",
                                             recorded.next_body(), " and ", recorded.next_joint()));
   }
-  absl::StatusOr<GivenCommands> given = give(recorded.commands(), registry, recorded.tick());
+  absl::StatusOr<GivenCommands> given =
+      give(recorded.commands(), registry, recorded.tick(), recorded.owner());
   if (given.ok()) {
     registry.keep();
   } else {

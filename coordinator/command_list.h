@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "command.pb.h"
@@ -26,9 +27,9 @@ struct GivenCommands {
 // does not exist, INVALID_ARGUMENT for a value that is out of bounds or does not suit the kind of body,
 // ALREADY_EXISTS for a name in use, OUT_OF_RANGE for a position outside the 64-bit range of sectors,
 // RESOURCE_EXHAUSTED where the world would have more than it may, FAILED_PRECONDITION for a teleport of a
-// body that joints hold.
+// body that joints hold; where there is an `owner`, PERMISSION_DENIED for what is not the owner's.
 absl::StatusOr<GivenCommands> give(const google::protobuf::RepeatedPtrField<v1::Command>& list,
-                                   WorldRegistry& registry, Tick at,
+                                   WorldRegistry& registry, Tick at, const std::string& owner = {},
                                    std::size_t shape_bytes_max = std::numeric_limits<std::size_t>::max());
 
 // What is recorded of the list that comes next, but for its commands.

@@ -1,10 +1,12 @@
 // A list of commands takes effect as a whole or not at all.
 #include "coordinator/command_list.h"
 
+#include <algorithm>
 #include <set>
 
 #include "coordinator/limits.h"
 #include "coordinator/test_cluster.h"
+#include "lpss/programs/registry.h"
 #include "proto/snapshot.h"
 
 namespace tessera {
@@ -34,6 +36,8 @@ WorldDescription jointed_world() {
   follower.properties.child = BodyId{2};
   follower.properties.axes[0].mimic = {.leader = JointId{1}, .axis = 0, .multiplier = 2};
   world.frames.push_back({"tip", 3, {}});
+  const auto lift = std::ranges::find(world.bodies, "lift", &BodyDescription::name);
+  lift->programs = {*new_program("mover")};
   return world;
 }
 
@@ -90,6 +94,12 @@ std::vector<v1::Command> all_kinds() {
   state.mutable_set_state()->add_joints()->mutable_joint()->set_name("arm");
   v1::Command blast;
   blast.mutable_apply_radial_impulse()->mutable_centre();
+  v1::Command thruster = on_body("box", [](v1::Command& c) { return c.mutable_set_force()->mutable_body(); });
+  *thruster.mutable_set_force()->mutable_force()->mutable_force() = xyz(0, 0, 3);
+  v1::Command tagged =
+      on_body("ball", [](v1::Command& c) { return c.mutable_set_properties()->mutable_body(); });
+  tagged.mutable_set_properties()->set_user_data(std::string("\0\xff", 2));
+  tagged.mutable_set_properties()->set_owner("alice");
   v1::Command second_follower = hinge("second", "", "box");
   v1::AxisMimic& mimic = *second_follower.mutable_add_joint()
                               ->mutable_joint()
@@ -99,6 +109,10 @@ std::vector<v1::Command> all_kinds() {
   mimic.set_leader(1);
   mimic.set_axis(1);
   mimic.set_multiplier(1);
+  v1::Command told = on_body("lift", [](v1::Command& c) { return c.mutable_tell_program()->mutable_body(); });
+  v1::NamedNumber& goal = *told.mutable_tell_program()->add_numbers();
+  goal.set_name("goal");
+  goal.set_value(0.5);
   return {spawn("new", 0.75),
           spawn("", 0.5),
           spawn_of(model_of(robot), "robot/"),
@@ -120,7 +134,10 @@ std::vector<v1::Command> all_kinds() {
           state,
           heavier,
           change_of_motion("lift", v1::MOTION_DYNAMIC),
-          blast};
+          blast,
+          thruster,
+          told,
+          tagged};
 }
 
 TEST(CommandLists, HaveOneOfEachKindHere) {

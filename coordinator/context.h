@@ -8,6 +8,7 @@
 #include "coordinator/event_log.h"
 #include "coordinator/journal.h"
 #include "coordinator/membership.h"
+#include "coordinator/role_work.h"
 #include "coordinator/server_choice.h"
 
 namespace tessera {
@@ -37,6 +38,10 @@ struct CoordinatorContext {
   const ServerChoice& choice;
   WorldNumbers& numbers;
   Journal& journal;
+  RoleWork& role_work;
+
+  // For the measurement of work; it stands still where there is no clock for that.
+  Nanoseconds work_clock() const { return options.work_clock ? options.work_clock() : Nanoseconds::zero(); }
 
   // Whether a world goes on where it loses servers.
   bool has_checkpoints() const { return options.checkpoint_every > Nanoseconds::zero(); }

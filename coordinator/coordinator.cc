@@ -2,6 +2,8 @@
 
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
 
 #include <algorithm>
 #include <concepts>
@@ -32,10 +34,11 @@ class Coordinator::Impl {
   explicit Impl(const CoordinatorOptions& options);
 
   absl::Status resume_stored() { return slot_.resume_stored(sessions_); }
-  void handle(std::vector<ClientRequest> requests, Nanoseconds now);
+  void handle(const std::function<std::optional<ClientRequest>()>& next, Nanoseconds now);
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now);
   bool suspect(NodeId node, Nanoseconds now);
-  void lost(NodeId node, const std::string& how, Nanoseconds now);
+  // `how`: why, as "has ended".
+  void lost(NodeId node, const std::string& how, Nanoseconds now, bool process_has_ended = false);
   void advance(Nanoseconds now);
   void retire();
   void abandon();
@@ -44,6 +47,7 @@ class Coordinator::Impl {
   std::vector<OutgoingMessage> take_messages() { return journal_.take_messages(); }
   std::map<NodeId, std::string> server_addresses() const;
   bool finished() const { return finished_ && !journal_.holds_back(); }
+  const RoleWork::ByRole& costs_by_role() const { return role_work_.costs(); }
   const DurationHistogram* tick_durations() const {
     return slot_.hosted() ? &slot_.hosted()->world().statistics.durations() : nullptr;
   }
@@ -69,6 +73,12 @@ class Coordinator::Impl {
   void on_hello(NodeId from, const v1::Hello& hello, Nanoseconds now);
   void on_stranger(NodeId from);
   void heard(Server& server, Nanoseconds now);
+  bool is_lost_deaf(Server& server, bool is_deaf, Nanoseconds now) const;
+
+  void lost(const std::map<NodeId, std::string>& servers, Nanoseconds now, bool process_has_ended = false);
+  void drop(const std::map<NodeId, std::string>& servers, Nanoseconds now);
+  std::map<NodeId, std::string> silent(Nanoseconds now) const;
+  std::map<NodeId, std::string> cut_off(Nanoseconds now);
 
   const Sequencer* running() const;
   void flush(Nanoseconds now);
@@ -82,6 +92,7 @@ class Coordinator::Impl {
   const ServerChoice choice_;
   WorldNumbers numbers_;
   Journal journal_;
+  RoleWork role_work_;
   const CoordinatorContext context_;
   Sessions sessions_;
   WorldSlot slot_;
@@ -102,7 +113,8 @@ Coordinator::Impl::Impl(const CoordinatorOptions& options)
       choice_(members_, options.servers_wanted, options.required_labels),
       numbers_(options.worlds_before, options.worlds_max),
       journal_(options.store, options.wait_for_store, log_),
-      context_{options_, log_, members_, choice_, numbers_, journal_},
+      role_work_(options.observe_share),
+      context_{options_, log_, members_, choice_, numbers_, journal_, role_work_},
       slot_(context_) {}
 
 // The sequence of the world that is loaded; null where there is none.
@@ -111,9 +123,10 @@ const Sequencer* Coordinator::Impl::running() const {
   return hosted && !hosted->loading() ? &hosted->world().sequencer : nullptr;
 }
 
-void Coordinator::Impl::handle(std::vector<ClientRequest> requests, Nanoseconds now) {
-  for (ClientRequest& request : requests) handle_one(request, now);
-  if (!requests.empty()) flush(now);
+void Coordinator::Impl::handle(const std::function<std::optional<ClientRequest>()>& next, Nanoseconds now) {
+  bool has_any = false;
+  for (; std::optional<ClientRequest> request = next(); has_any = true) handle_one(*request, now);
+  if (has_any) flush(now);
 }
 
 void Coordinator::Impl::handle_one(ClientRequest& request, Nanoseconds now) {
@@ -124,7 +137,16 @@ void Coordinator::Impl::handle_one(ClientRequest& request, Nanoseconds now) {
           journal_.answer_once_stored(call);
         }
         if (options_.inputs) record_on_reply(call, options_.inputs);
+        if (!call.role) return on(call, now);
+        const ClientRole role = *call.role;
+        const bool world_ticks = running() != nullptr && running()->ticks();
+        // Everybody may always know how the cluster is.
+        const bool may_refuse = world_ticks && !std::same_as<Answer, v1::StatusReply>;
+        if (absl::Status status = role_work_.admit(role, may_refuse, now); !status.ok())
+          return call.reply(status, {});
+        const Nanoseconds began = context_.work_clock();
         on(call, now);
+        role_work_.add_work(role, context_.work_clock() - began, world_ticks);
       },
       request);
 }
@@ -226,13 +248,17 @@ void Coordinator::Impl::receive(NodeId from, v1::ClusterMessage message, Nanosec
   switch (message.kind_case()) {
     case Kind::kLoaded:
       if (hosted) {
-        slot_.check(hosted->on_loaded(*server, message.loaded()), now);
+        slot_.on_loaded(*server, message.loaded(), now);
       } else {
         server->patience = members_.timeout();
       }
       break;
     case Kind::kReport:
       server->peak_rss_bytes = message.report().peak_rss_bytes();
+      if (is_lost_deaf(*server, message.report().deaf(), now)) {
+        const double time = std::chrono::duration<double>(now - *server->deaf_since).count();
+        return drop({{from, absl::StrCat("did not hear the coordinator for ", time, " s")}}, now);
+      }
       if (hosted) slot_.check(hosted->on_report(*server, message.report()), now);
       break;
     case Kind::kAnswer:
@@ -266,7 +292,7 @@ void Coordinator::Impl::on_hello(NodeId from, const v1::Hello& hello, Nanosecond
   if (!is_new) return;
   log_(absl::StrCat(title_of(server), " joined, precision ", name_of(server.precision), ", ", server.threads,
                     " threads"));
-  slot_.try_start();
+  slot_.try_start(now);
   if (HostedWorld* hosted = slot_.hosted())
     slot_.check(hosted->on_joined(from, hello.newest_world(), now), now);
 }
@@ -287,6 +313,18 @@ void Coordinator::Impl::heard(Server& server, Nanoseconds now) {
   log_(absl::StrCat(title_of(server), " is responding again"));
 }
 
+// Whether it has not heard the coordinator for too long.
+bool Coordinator::Impl::is_lost_deaf(Server& server, bool is_deaf, Nanoseconds now) const {
+  if (is_deaf && server.deaf_since) return now >= *server.deaf_since + server.contact_patience;
+  if (is_deaf) {
+    log_(absl::StrCat(title_of(server), " does not hear the coordinator"), Severity::kWarning);
+    server.deaf_since = now;
+  } else if (std::exchange(server.deaf_since, std::nullopt)) {
+    log_(absl::StrCat(title_of(server), " hears the coordinator again"));
+  }
+  return false;
+}
+
 bool Coordinator::Impl::suspect(NodeId node, Nanoseconds now) {
   Server* server = members_.find(node);
   if (server == nullptr) return false;
@@ -298,14 +336,61 @@ bool Coordinator::Impl::suspect(NodeId node, Nanoseconds now) {
   return true;
 }
 
-void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds now) {
-  const Server* server = members_.find(node);
-  if (finished_ || server == nullptr) return;
-  const std::string failure = absl::StrCat(title_of(*server), " ", how);
-  log_(failure, Severity::kWarning);
-  members_.remove(node);
-  if (HostedWorld* hosted = slot_.hosted()) slot_.check(hosted->on_lost(node, failure), now);
-  flush(now);
+void Coordinator::Impl::lost(NodeId node, const std::string& how, Nanoseconds now, bool process_has_ended) {
+  lost(std::map<NodeId, std::string>{{node, how}}, now, process_has_ended);
+}
+
+// All of them are gone before a world looks for servers to go on with.
+void Coordinator::Impl::lost(const std::map<NodeId, std::string>& servers, Nanoseconds now,
+                             bool process_has_ended) {
+  if (finished_) return;
+  std::map<NodeId, std::string> failures;
+  for (const auto& [node, how] : servers) {
+    const Server* server = members_.find(node);
+    if (server == nullptr) continue;
+    const std::string& failure = failures[node] = absl::StrCat(title_of(*server), " ", how);
+    log_(failure, Severity::kWarning);
+    members_.remove(node);
+  }
+  for (const auto& [node, failure] : failures) {
+    slot_.on_lost(node, failure, process_has_ended, sessions_, now);
+  }
+  if (!failures.empty()) flush(now);
+}
+
+// They are told to join anew: they do not know that the world goes on without them.
+void Coordinator::Impl::drop(const std::map<NodeId, std::string>& servers, Nanoseconds now) {
+  if (servers.empty()) return;
+  lost(servers, now);
+  for (const auto& [node, how] : servers) on_stranger(node);
+}
+
+std::map<NodeId, std::string> Coordinator::Impl::silent(Nanoseconds now) const {
+  std::map<NodeId, std::string> servers;
+  for (const NodeId node : members_.silent(now)) {
+    const double silence = std::chrono::duration<double>(now - members_.find(node)->last_heard).count();
+    servers[node] = absl::StrCat("was silent for ", silence, " s");
+  }
+  return servers;
+}
+
+std::map<NodeId, std::string> Coordinator::Impl::cut_off(Nanoseconds now) {
+  std::map<NodeId, std::string> servers;
+  if (!slot_.hosted()) return servers;
+  const auto title = [this](NodeId node) {
+    const Server* server = members_.find(node);
+    return server == nullptr ? absl::StrCat("server ", absl::Hex(node.value)) : title_of(*server);
+  };
+  for (const LinkWatch::Dropped& one : slot_.hosted()->take_cut_off(now)) {
+    servers[one.node] = absl::StrFormat(
+        "is given up: for %.2f s it has not been heard by, or has not heard, %s, though all of them respond "
+        "to the "
+        "coordinator",
+        std::chrono::duration<double>(one.waited).count(),
+        absl::StrJoin(one.unheard_by, ", ",
+                      [&](std::string* out, NodeId other) { absl::StrAppend(out, title(other)); }));
+  }
+  return servers;
 }
 
 std::map<NodeId, std::string> Coordinator::Impl::server_addresses() const {
@@ -317,11 +402,8 @@ std::map<NodeId, std::string> Coordinator::Impl::server_addresses() const {
 void Coordinator::Impl::advance(Nanoseconds now) {
   if (finished_) return journal_.flush(nullptr, now);
   if (const auto due = next_deadline(); due && now > *due + kLateMax) members_.spare_until(now + kLateMax);
-  for (const NodeId node : members_.silent(now)) {
-    const auto silence = now - members_.find(node)->last_heard;
-    lost(node, absl::StrCat("was silent for ", std::chrono::duration<double>(silence).count(), " s"), now);
-    on_stranger(node);
-  }
+  drop(silent(now), now);
+  drop(cut_off(now), now);
   slot_.advance(now);
   flush(now);
 }
@@ -375,19 +457,20 @@ void Coordinator::Impl::leave_world(const absl::Status& status) {
 Coordinator::Coordinator(const CoordinatorOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 Coordinator::~Coordinator() = default;
 
-void Coordinator::handle(std::vector<ClientRequest> requests, Nanoseconds now) {
-  impl_->handle(std::move(requests), now);
+void Coordinator::handle(const std::function<std::optional<ClientRequest>()>& next, Nanoseconds now) {
+  impl_->handle(next, now);
 }
 void Coordinator::handle(ClientRequest request, Nanoseconds now) {
-  std::vector<ClientRequest> requests;
-  requests.push_back(std::move(request));
-  handle(std::move(requests), now);
+  std::optional<ClientRequest> one = std::move(request);
+  impl_->handle([&one] { return std::exchange(one, std::nullopt); }, now);
 }
 void Coordinator::receive(NodeId from, v1::ClusterMessage message, Nanoseconds now) {
   impl_->receive(from, std::move(message), now);
 }
 bool Coordinator::suspect(NodeId server, Nanoseconds now) { return impl_->suspect(server, now); }
-void Coordinator::ended(NodeId server, Nanoseconds now) { impl_->lost(server, "has ended", now); }
+void Coordinator::ended(NodeId server, Nanoseconds now) {
+  impl_->lost(server, "has ended", now, /*process_has_ended=*/true);
+}
 std::map<NodeId, std::string> Coordinator::server_addresses() const { return impl_->server_addresses(); }
 void Coordinator::advance(Nanoseconds now) { impl_->advance(now); }
 std::optional<Nanoseconds> Coordinator::next_deadline() const { return impl_->next_deadline(); }
@@ -397,5 +480,6 @@ void Coordinator::retire() { impl_->retire(); }
 void Coordinator::abandon() { impl_->abandon(); }
 bool Coordinator::finished() const { return impl_->finished(); }
 const DurationHistogram* Coordinator::tick_durations() const { return impl_->tick_durations(); }
+const RoleWork::ByRole& Coordinator::costs_by_role() const { return impl_->costs_by_role(); }
 
 }  // namespace tessera

@@ -22,6 +22,7 @@
 #include "coordinator/balance_policy.h"
 #include "coordinator/coordinator_options.h"
 #include "coordinator/limits.h"
+#include "coordinator/role_work.h"
 #include "coordinator/world_store.h"
 #include "daemon/log_line.h"
 #include "lpss/grid/sector_map.h"
@@ -48,6 +49,7 @@ struct ClientCall {
   Request request;
   std::function<void(absl::Status, const Answer&)> reply;
   RequestId id = {};
+  std::optional<ClientRole> role = {};  // of the client; none: the process itself asks
 };
 
 // What streams of chunks bring in and take out.
@@ -83,8 +85,8 @@ class Coordinator {
   absl::Status resume_stored();
 
   // Each call may add outgoing messages, which the shell then takes and sends.
-  // What several requests bring is stored, and goes out, together.
-  void handle(std::vector<ClientRequest> requests, Nanoseconds now);
+  // Requests, until `next` has none: what they bring is stored, and goes out, together.
+  void handle(const std::function<std::optional<ClientRequest>()>& next, Nanoseconds now);
   void handle(ClientRequest request, Nanoseconds now);
   void receive(NodeId from, v1::ClusterMessage message, Nanoseconds now);
   // The transport has lost contact with a server, which may have ended or only stalled: it is a suspect until
@@ -110,6 +112,8 @@ class Coordinator {
   // The duration of each tick of the loaded world on its slowest server; null without a world. Like
   // everything else, only for the thread that owns the coordinator, which is also the thread of the replies.
   const DurationHistogram* tick_durations() const;
+  // What the requests of clients have cost; likewise.
+  const RoleWork::ByRole& costs_by_role() const;
 
  private:
   class Impl;

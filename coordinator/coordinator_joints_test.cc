@@ -171,6 +171,19 @@ TEST(Joints, GetNamesAndNewIds) {
   EXPECT_EQ(std::get<RemoveJoint>(commands[2]).id, JointId{2});
 }
 
+TEST(Joints, AreAtMostSoManyOfABody) {
+  const auto cluster = loaded_cluster();
+  for (std::size_t n = 0; n < kJointsPerBodyMax; ++n)
+    ASSERT_TRUE(cluster->apply(hinge("", "", "ball"))->ok());
+  const auto refused = cluster->apply(hinge("one_more", "egg", "ball"));
+  EXPECT_EQ(refused->code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(refused->message(), HasSubstr("joint 'one_more': the body with the id"));
+  EXPECT_THAT(refused->message(), HasSubstr("has at most 128"));
+  EXPECT_TRUE(cluster->apply(hinge("other", "", "egg"))->ok());
+  ASSERT_TRUE(cluster->apply(removal_of_joint("joint_1"))->ok());
+  EXPECT_TRUE(cluster->apply(hinge("one_more", "egg", "ball"))->ok());
+}
+
 TEST(Joints, GoWithTheirBodies) {
   const auto cluster = loaded_cluster();
   cluster->apply(hinge("a", "lift", "ball"));

@@ -1,5 +1,6 @@
 // Worlds are loaded, refused, replaced and unloaded.
 #include "coordinator/coordinator.h"
+#include "coordinator/limits.h"
 #include "coordinator/test_cluster.h"
 
 namespace tessera {
@@ -181,6 +182,65 @@ TEST(Load, AServerThatCannotIsNamed) {
   EXPECT_THAT(load->message(), HasSubstr("server 64"));
   EXPECT_EQ(cluster.status().state(), "empty");
   EXPECT_EQ(cluster.take(kSecond, Kind::kUnloadWorld).size(), 1u);
+}
+
+// What is there stays until the new world has begun: it goes on where it was.
+TEST(Load, BringsTheWorldBackThatCouldNotBeReplaced) {
+  CoordinatorOptions options;
+  options.checkpoint_every = seconds(1);
+  const auto cluster = loaded_cluster(options);
+  ASSERT_TRUE(cluster->apply(spawn("new"))->ok());
+  WorldDescription other = small_world();
+  other.name = "other";
+  const auto load = cluster->ask<v1::LoadReply>(load_of(other, /*replace=*/true));
+  cluster->take(kFirst, Kind::kLoadWorld);
+  cluster->take(kSecond, Kind::kLoadWorld);
+  EXPECT_EQ(cluster->apply(push("ball"))->code(), absl::StatusCode::kFailedPrecondition)
+      << "it is being replaced";
+  cluster->loaded(kFirst, 2, "no memory");
+  EXPECT_EQ(load->code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(load->message(), HasSubstr("no memory"));
+  EXPECT_EQ(cluster->status().world(), "small");
+  EXPECT_EQ(cluster->status().state(), "recovering");
+  cluster->finish_loads();
+  EXPECT_EQ(cluster->status().state(), "paused");
+  EXPECT_EQ(cluster->status().bodies(), 5u) << "with what was accepted before";
+  EXPECT_TRUE(cluster->apply(push("new"))->ok());
+  cluster->step(1);
+  const std::vector<v1::Grant> grants = cluster->work(kFirst);
+  ASSERT_EQ(grants.size(), 1u);
+  EXPECT_EQ(unpack_commands(grants[0].commands())->size(), 2u);
+}
+
+TEST(Load, IsTriedAgainWhereAServerIsLost) {
+  CoordinatorOptions options;
+  options.checkpoint_every = seconds(1);
+  options.join_timeout = seconds(5);
+  const auto cluster = loaded_cluster(options);
+  WorldDescription other = small_world();
+  other.name = "other";
+  const auto load = cluster->ask<v1::LoadReply>(load_of(other, /*replace=*/true));
+  cluster->coordinator->ended(kSecond, cluster->now);
+  cluster->collect();
+  EXPECT_FALSE(load->status);
+  cluster->finish_loads();
+  ASSERT_TRUE(load->ok()) << load->message();
+  EXPECT_EQ(load->answer.servers(), 1u);
+  EXPECT_EQ(cluster->status().world(), "other");
+
+  // One that ends whoever loads it is given up.
+  other.name = "poison";
+  const auto poison = cluster->ask<v1::LoadReply>(load_of(other, /*replace=*/true));
+  for (const NodeId node : {kFirst, NodeId{300}, NodeId{301}}) {
+    EXPECT_FALSE(poison->status);
+    cluster->coordinator->ended(node, cluster->now);
+    cluster->join(NodeId{node == kFirst ? 300 : node.value + 1});
+  }
+  EXPECT_EQ(poison->code(), absl::StatusCode::kUnavailable);
+  cluster->advance(kGatherServers);
+  cluster->finish_loads();
+  EXPECT_EQ(cluster->status().world(), "other");
+  EXPECT_EQ(cluster->status().state(), "paused");
 }
 
 TEST(Load, AServerMayTakeLongToLoad) {

@@ -40,6 +40,10 @@ struct CoordinatorOptions {
   BalancePolicy balance_policy = BalancePolicy::kCurve;
   Nanoseconds join_timeout = std::chrono::seconds(20);  // how long a load waits for the servers it needs
   std::uint32_t grant_window = 32;                      // ticks granted ahead of the slowest server
+  // The part of the time of the coordinator and of any server that clients of role observe may take, all
+  // together, while a world ticks; above 0, at most 1. By this clock, which measures work; empty: by none.
+  double observe_share = kObserveShare;
+  std::function<Nanoseconds()> work_clock;
   std::size_t shape_bytes_max = kShapeBytesMax;  // of all shapes of a world, beyond which spawns are refused
   // The numbers of worlds that an earlier coordinator of the cluster gave: servers ignore what is older than
   // what they have.

@@ -200,8 +200,11 @@ TEST_F(CoordinatorStoreTest, AWorldThatCannotBeStoredIsNotLoaded) {
   request.set_replace(true);
   *request.mutable_world() = to_proto(small_world());
   const auto loaded = cluster_->ask<v1::LoadReply>(std::move(request));
+  cluster_->finish_loads();
   EXPECT_EQ(loaded->code(), absl::StatusCode::kUnavailable) << loaded->message();
-  EXPECT_EQ(cluster_->status().state(), "paused") << "the one before is still there";
+  EXPECT_EQ(cluster_->status().state(), "recovering") << "the one before comes back";
+  cluster_->finish_loads();
+  EXPECT_EQ(cluster_->status().state(), "paused");
 }
 
 // Whose part of a tick takes long is named.

@@ -52,7 +52,7 @@ absl::Status EtcdStore::read_all() {
     v1::StateRecord record;
     if (!record.ParseFromString(state->value()))
       return absl::DataLossError(absl::StrCat("key ", keys_.state, " of etcd is not as it was written"));
-    absl::StatusOr<StoredState> stored = folder_.read(record.name(), record.is_snapshot());
+    absl::StatusOr<StoredState> stored = folder_.read(record.name());
     if (!stored.ok()) return stored.status();
     world.state = *std::move(stored);
     world.load = load_ = record.load();
@@ -117,8 +117,7 @@ absl::Status EtcdStore::begin(std::uint64_t load, const StoredState& state) {
   const auto deadline = std::chrono::steady_clock::now() + kFirstCopyMax;
   while (!options_.copies.holders(name) && std::chrono::steady_clock::now() < deadline)
     std::this_thread::sleep_for(kAskStandbysAgain);
-  return record_now(
-      record_of(name, std::holds_alternative<std::vector<v1::SnapshotChunk>>(state), position_));
+  return record_now(record_of(name, position_));
 }
 
 absl::Status EtcdStore::end() {
@@ -139,7 +138,7 @@ bool EtcdStore::change(StateChange change, std::uint64_t position) {
   StatePart part = parts_.add(name, change);
   wants_whole_ = false;
   next_.emplace();
-  next_->record = record_of(name, /*is_snapshot=*/true, position);
+  next_->record = record_of(name, position);
   next_->writing = std::async(std::launch::async, [this, part = std::move(part), change = std::move(change)] {
     return folder_.write_change(part, change);
   });
@@ -204,7 +203,7 @@ bool EtcdStore::is_next_held() {
     if (std::chrono::steady_clock::now() < next_->offered + kCopiesMax) return false;
     if (options_.warn) options_.warn("a standby does not get the state of the world, and is not waited for");
   }
-  next_->record = record_of(next_->record.name(), /*is_snapshot=*/true, next_->record.position());
+  next_->record = record_of(next_->record.name(), next_->record.position());
   return true;
 }
 
@@ -241,14 +240,13 @@ std::string EtcdStore::draw_name() {
   return absl::StrCat(digits(static_cast<std::uint64_t>(options_.epoch)), "-", digits(++names_));
 }
 
-v1::StateRecord EtcdStore::record_of(std::string name, bool is_snapshot, std::uint64_t position) const {
+v1::StateRecord EtcdStore::record_of(std::string name, std::uint64_t position) const {
   v1::StateRecord record;
   record.add_holders(folder_.coordinator());
   if (const auto holders = options_.copies.holders(name)) {
     for (const std::string& holder : *holders) record.add_holders(holder);
   }
   record.set_name(std::move(name));
-  record.set_is_snapshot(is_snapshot);
   record.set_load(load_);
   record.set_position(position);
   return record;

@@ -82,7 +82,7 @@ class EtcdStore final : public WorldStore {
   absl::Status read_all();
   absl::Status read_inputs(StoredWorld& world);
   std::string draw_name();
-  v1::StateRecord record_of(std::string name, bool is_snapshot, std::uint64_t position) const;
+  v1::StateRecord record_of(std::string name, std::uint64_t position) const;
   std::string input_key(std::uint64_t last) const;
   void make_pieces();
   bool is_next_held();

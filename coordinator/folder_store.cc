@@ -1,250 +1,113 @@
 #include "coordinator/folder_store.h"
 
-#include <absl/cleanup/cleanup.h>
 #include <absl/strings/str_cat.h>
-#include <sqlite3.h>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "coordinator/input_log.h"
 #include "coordinator/state_parts.h"
-#include "proto/snapshot_file.h"
+#include "coordinator/store_reader.h"
+#include "coordinator/stored_state.h"
 #include "proto/whole_file.h"
 
 namespace tessera {
 namespace {
 
-constexpr int kFormat = 1;
-constexpr const char* kDatabase = "inputs.db";
-constexpr const char* kStateSuffix = ".state";
-constexpr const char* kUnfinishedSuffix = ".part";  // of WholeFile
-
-// One SQLite database, used by one thread.
-class Database {
- public:
-  static absl::StatusOr<Database> open(const std::filesystem::path& file, const Disk& disk) {
-    Database database;
-    database.file_ = file;
-    constexpr int kFlags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-    if (sqlite3_open_v2(file.c_str(), &database.handle_, kFlags, disk.sqlite_name()) != SQLITE_OK) {
-      return database.error("cannot be opened");
-    }
-    // The lock is taken by the first write, and kept. A commit returns when it is on disk.
-    for (const char* setting : {"PRAGMA locking_mode = EXCLUSIVE", "PRAGMA journal_mode = WAL",
-                                "PRAGMA synchronous = FULL", "BEGIN IMMEDIATE", "COMMIT"}) {
-      if (absl::Status status = database.run(setting); !status.ok()) return status;
-    }
-    return database;
-  }
-  Database(Database&& other) noexcept
-      : file_(std::move(other.file_)), handle_(std::exchange(other.handle_, nullptr)) {}
-  Database& operator=(Database&&) = delete;
-  ~Database() { sqlite3_close_v2(handle_); }
-
-  // `bind` sets the parameters, `row` takes each row.
-  template <typename Bind, typename Row>
-  absl::Status run(const char* sql, const Bind& bind, const Row& row) {
-    sqlite3_stmt* statement = nullptr;
-    if (sqlite3_prepare_v2(handle_, sql, -1, &statement, nullptr) != SQLITE_OK) return error(sql);
-    const absl::Cleanup finalize = [statement] { sqlite3_finalize(statement); };
-    bind(statement);
-    for (;;) {
-      const int code = sqlite3_step(statement);
-      if (code == SQLITE_DONE) return absl::OkStatus();
-      if (code != SQLITE_ROW) return error(sql);
-      row(statement);
-    }
-  }
-  template <typename Bind>
-  absl::Status run(const char* sql, const Bind& bind) {
-    return run(sql, bind, [](sqlite3_stmt*) {});
-  }
-  absl::Status run(const char* sql) {
-    return run(sql, [](sqlite3_stmt*) {});
-  }
-
-  // All of `work` or nothing.
-  template <typename Work>
-  absl::Status at_once(const Work& work) {
-    absl::Status status = run("BEGIN IMMEDIATE");
-    if (!status.ok()) return status;
-    status = work();
-    if (status.ok()) status = run("COMMIT");
-    if (!status.ok()) run("ROLLBACK").IgnoreError();
-    return status;
-  }
-
- private:
-  Database() = default;
-
-  absl::Status error(const char* what) const {
-    const std::string text = absl::StrCat(file_.string(), ": ", sqlite3_errmsg(handle_), " (", what, ")");
-    const int code = sqlite3_errcode(handle_);
-    if (code == SQLITE_BUSY || code == SQLITE_LOCKED) {
-      return absl::AlreadyExistsError(absl::StrCat(file_.string(), ": another coordinator uses this store"));
-    }
-    if (code == SQLITE_CORRUPT || code == SQLITE_NOTADB) return absl::DataLossError(text);
-    return absl::UnavailableError(text);
-  }
-
-  std::filesystem::path file_;
-  sqlite3* handle_ = nullptr;
-};
-
-std::string text_at(sqlite3_stmt* row, int column) {
-  const auto* bytes = static_cast<const char*>(sqlite3_column_blob(row, column));
-  const int size = sqlite3_column_bytes(row, column);
-  return bytes == nullptr ? std::string() : std::string(bytes, static_cast<std::size_t>(size));
-}
-
-std::uint64_t number_at(sqlite3_stmt* row, int column) {
-  return static_cast<std::uint64_t>(sqlite3_column_int64(row, column));
-}
-
-void bind_number(sqlite3_stmt* statement, int place, std::uint64_t value) {
-  sqlite3_bind_int64(statement, place, static_cast<sqlite3_int64>(value));
-}
-
-void bind_bytes(sqlite3_stmt* statement, int place, const std::string& bytes) {
-  sqlite3_bind_blob64(statement, place, bytes.data(), bytes.size(), SQLITE_TRANSIENT);
-}
-
-absl::Status write_state(const std::filesystem::path& file, const StoredState& state, Disk& disk) {
-  if (const auto* chunks = std::get_if<std::vector<v1::SnapshotChunk>>(&state)) {
-    return write_snapshot(file, *chunks, disk);
-  }
-  absl::StatusOr<WholeFile> whole = WholeFile::create(file, disk);
-  if (!whole.ok()) return whole.status();
-  if (absl::Status status = whole->append(std::get<v1::World>(state).SerializeAsString()); !status.ok()) {
-    return status;
-  }
-  return whole->finish();
-}
-
-absl::StatusOr<StoredState> read_state(const std::string& name, bool is_snapshot, const PathOfPart& path_of,
-                                       Disk& disk) {
-  if (is_snapshot) {
-    absl::StatusOr<std::vector<v1::SnapshotChunk>> chunks = read_parts(name, path_of, disk);
-    if (!chunks.ok()) return chunks.status();
-    return *std::move(chunks);
-  }
-  const std::filesystem::path file = path_of(name);
-  std::string bytes;
-  absl::Status status = disk.read(file, [&](std::string_view piece) {
-    bytes += piece;
-    return absl::OkStatus();
-  });
-  if (!status.ok()) return status;
-  v1::World world;
-  if (!world.ParseFromString(bytes)) {
-    return absl::DataLossError(absl::StrCat(file.string(), ": it is not a world as it was stored"));
-  }
-  return world;
-}
-
-// Table `state` has one row where there is a world: the file, which may have others before it, what it is,
-// and after which input; `inputs` has those since.
+// Inputs since the state that is stored, as several logs one after the other: each says in its head which
+// state that was when it began, and the last one counts.
 class FolderStore final : public WorldStore {
  public:
-  FolderStore(std::filesystem::path folder, Database database, Disk& disk)
-      : folder_(std::move(folder)), database_(std::move(database)), disk_(disk) {}
+  FolderStore(StoreFiles files, std::unique_ptr<Disk::Lock> lock, Disk& disk)
+      : files_(std::move(files)), lock_(std::move(lock)), disk_(disk) {}
 
   absl::Status read() {
-    std::uint64_t format = kFormat;
-    const auto nothing = [](sqlite3_stmt*) {};
-    absl::Status status = database_.run("CREATE TABLE IF NOT EXISTS format (number INTEGER)");
-    status.Update(database_.run("SELECT number FROM format", nothing,
-                                [&](sqlite3_stmt* row) { format = number_at(row, 0); }));
-    if (status.ok() && format != kFormat) {
-      return absl::FailedPreconditionError(absl::StrCat(folder_.string(), ": a store of format ", format,
-                                                        ", and this coordinator reads format ", kFormat));
-    }
-    status.Update(database_.run("DELETE FROM format"));
-    status.Update(database_.run("INSERT INTO format VALUES (?)",
-                                [](sqlite3_stmt* row) { bind_number(row, 1, kFormat); }));
-    status.Update(
-        database_.run("CREATE TABLE IF NOT EXISTS state (load INTEGER, file INTEGER, is_snapshot INTEGER, "
-                      "position INTEGER)"));
-    status.Update(database_.run(
-        "CREATE TABLE IF NOT EXISTS inputs (position INTEGER PRIMARY KEY, input BLOB NOT NULL)"));
-    bool is_snapshot = false;
-    StoredWorld world;
-    std::uint64_t since = 0;
-    status.Update(
-        database_.run("SELECT load, file, is_snapshot, position FROM state", nothing, [&](sqlite3_stmt* row) {
-          world.load = number_at(row, 0);
-          file_ = number_at(row, 1);
-          is_snapshot = number_at(row, 2) != 0;
-          since = number_at(row, 3);
-        }));
-    if (!status.ok() || world.load == 0) return status;
-    load_ = world.load;
-    position_ = since;
-    bool all_readable = true;
-    status = database_.run(
-        "SELECT position, input FROM inputs WHERE position > ? ORDER BY position",
-        [&](sqlite3_stmt* statement) { bind_number(statement, 1, since); },
-        [&](sqlite3_stmt* row) {
-          position_ = number_at(row, 0);
-          all_readable = all_readable && world.inputs.emplace_back().ParseFromString(text_at(row, 1));
-        });
-    if (!status.ok()) return status;
-    if (!all_readable) {
-      return absl::DataLossError(absl::StrCat(folder_.string(), ": an input is not as it was stored"));
-    }
-    absl::StatusOr<StoredState> state = read_state(
-        absl::StrCat(file_), is_snapshot, [this](const auto& name) { return path_of(name); }, disk_);
-    if (!state.ok()) return state.status();
-    world.state = *std::move(state);
-    stored_ = std::move(world);
-    files_ = parts_before(path_of(absl::StrCat(file_)), disk_);
-    files_.push_back(absl::StrCat(file_));
-    remove_other_states();
+    absl::StatusOr<StoreContents> contents = read_store(files_, disk_);
+    if (!contents.ok()) return contents.status();
+    if (contents->logs.empty()) return absl::OkStatus();
+    if (!contents->lost.empty()) return absl::DataLossError(contents->lost);
+    if (contents->has_world() && !contents->state.ok()) return contents->state.status();
+    if (absl::Status status = mend_logs(files_, *contents, disk_); !status.ok()) return status;
+    take(*std::move(contents));
+    if (head_.set_aside()) return move_aside();
+    remove_others();
+    return absl::OkStatus();
+  }
+
+  // All that is left becomes all that there was, without inputs that are lost.
+  absl::Status read_what_is_left() {
+    absl::StatusOr<StoreContents> contents = read_store(files_, disk_);
+    if (!contents.ok()) return contents.status();
+    if (!contents->has_world()) return absl::NotFoundError("no world is stored");
+    if (!contents->state.ok()) return contents->state.status();
+    take(*std::move(contents));
+    const std::vector<v1::StoredInput> inputs = stored_->inputs;
+    position_ = head_.position();
+    if (absl::Status status = begin_log(head_); !status.ok()) return status;
+    if (absl::Status status = append(inputs); !status.ok()) return status;
+    remove_others();
     return absl::OkStatus();
   }
 
   std::optional<StoredWorld> take_stored() override { return std::exchange(stored_, std::nullopt); }
 
+  absl::StatusOr<StoredWorld> read_again() override {
+    absl::StatusOr<StoreContents> contents = read_store(files_, disk_);
+    if (!contents.ok()) return contents.status();
+    if (!contents->lost.empty()) return absl::DataLossError(contents->lost);
+    if (!contents->state.ok()) return contents->state.status();
+    return StoredWorld{contents->head().load(), *std::move(contents->state), std::move(contents->inputs), {}};
+  }
+
   absl::Status begin(std::uint64_t load, const StoredState& state) override {
     wait_for_background();
-    load_ = load;
-    const std::uint64_t file = file_ + 1;
+    const std::uint64_t file = next_state();
     const std::string name = absl::StrCat(file);
-    if (absl::Status status = write_state(path_of(name), state, disk_); !status.ok()) return status;
+    if (absl::Status status = write_state(files_.state(name), state, disk_); !status.ok()) return status;
     wants_whole_ = true;
-    return refer_to(file, {name}, std::holds_alternative<std::vector<v1::SnapshotChunk>>(state), position_);
+    return refer_to(load, file, {name}, position_);
   }
 
   absl::Status end() override {
     wait_for_background();
-    absl::Status status = database_.at_once([&] {
-      absl::Status cleared = database_.run("DELETE FROM state");
-      cleared.Update(database_.run("DELETE FROM inputs"));
-      return cleared;
-    });
-    ++file_;
-    files_.clear();
-    remove_other_states();
-    return status;
+    return refer_to(0, 0, {}, position_);
+  }
+
+  // The head of a new log decides; the files then follow, also where this process ends in the middle.
+  absl::StatusOr<std::string> set_aside(const std::string& reason) override {
+    wait_for_background();
+    if (head_.state() == 0) return std::string();
+    const std::filesystem::path aside = files_.aside();
+    if (absl::Status status = disk_.make_folder(aside); !status.ok()) return status;
+    for (const std::filesystem::path& file : disk_.files_in(aside)) disk_.remove(file);
+    if (absl::Status status = write_reason(files_.aside_reason(), reason); !status.ok()) return status;
+    v1::InputLogHead head;
+    head.set_set_aside(true);
+    head.set_position(position_);
+    if (absl::Status status = begin_log(std::move(head)); !status.ok()) return status;
+    state_files_.clear();
+    if (absl::Status status = move_aside(); !status.ok()) return status;
+    return aside.string();
   }
 
   absl::Status append(const std::vector<v1::StoredInput>& inputs) override {
-    std::uint64_t position = position_;
-    absl::Status stored = database_.at_once([&] {
-      for (const v1::StoredInput& input : inputs) {
-        absl::Status status = database_.run("INSERT INTO inputs VALUES (?, ?)", [&](sqlite3_stmt* statement) {
-          bind_number(statement, 1, ++position);
-          bind_bytes(statement, 2, input.SerializeAsString());
-        });
-        if (!status.ok()) return status;
-      }
-      return absl::OkStatus();
-    });
-    if (stored.ok()) position_ = position;
-    return stored;
+    // After an error, nobody knows what the log has at its end.
+    if (!log_) {
+      if (absl::Status status = begin_log(head_); !status.ok()) return status;
+    }
+    v1::InputBatch batch;
+    batch.mutable_inputs()->Add(inputs.begin(), inputs.end());
+    if (absl::Status status = log_->append(batch); !status.ok()) {
+      log_.reset();
+      return status;
+    }
+    position_ += inputs.size();
+    return absl::OkStatus();
   }
   std::uint64_t position() const override { return position_; }
 
@@ -252,14 +115,14 @@ class FolderStore final : public WorldStore {
 
   bool change(StateChange change, std::uint64_t position) override {
     if (background_) return false;
-    StatePart part = parts_.add(absl::StrCat(file_ + 1), change);
-    next_files_ = part.kept;
-    next_files_.push_back(part.name);
+    StatePart part = parts_.add(absl::StrCat(next_state()), change);
+    next_state_files_ = part.kept;
+    next_state_files_.push_back(part.name);
     next_position_ = position;
     wants_whole_ = false;
     background_ = disk_.in_background([this, part = std::move(part), change = std::move(change)] {
       return write_part(
-          part, change, [this](const auto& name) { return path_of(name); }, disk_);
+          part, change, [this](const auto& name) { return files_.state(name); }, disk_);
     });
     return true;
   }
@@ -269,7 +132,7 @@ class FolderStore final : public WorldStore {
     const std::unique_ptr<Disk::Work> work = std::move(background_);
     absl::Status status = work->wait();
     if (status.ok())
-      status = refer_to(file_ + 1, std::move(next_files_), /*is_snapshot=*/true, next_position_);
+      status = refer_to(head_.load(), next_state(), std::move(next_state_files_), next_position_);
     wants_whole_ |= !status.ok();
     return status;
   }
@@ -278,8 +141,72 @@ class FolderStore final : public WorldStore {
   ~FolderStore() override { wait_for_background(); }
 
  private:
-  std::filesystem::path path_of(const std::string& name) const {
-    return folder_ / absl::StrCat(name, kStateSuffix);
+  // The number of the state that is written next: those of all states so far are below.
+  std::uint64_t next_state() const { return last_state_ + 1; }
+
+  // Reading has found nothing lost, or that does not matter.
+  void take(StoreContents contents) {
+    head_ = contents.head();
+    for (const FoundLog& log : contents.logs) {
+      logs_.push_back({log.number, log.read.head.first()});
+    }
+    last_log_ = contents.last_log;
+    last_state_ = head_.state();
+    position_ = contents.position;
+    if (!contents.has_world()) return;
+    stored_ =
+        StoredWorld{head_.load(), *std::move(contents.state), std::move(contents.inputs), contents.damage()};
+    state_files_ = std::move(contents.state_files);
+  }
+
+  // Makes a log the last one.
+  absl::Status begin_log(v1::InputLogHead head) {
+    const std::uint64_t number = ++last_log_;
+    head.set_format(kInputLogFormat);
+    head.set_first(position_);
+    log_.reset();
+    // Part of it may be there after an error: then the next one has another number.
+    logs_.push_back({number, position_});
+    absl::StatusOr<InputLog> log = InputLog::create(files_.log(number), head, disk_);
+    if (!log.ok()) {
+      for (const std::filesystem::path& file : files_.log(number)) disk_.remove(file);
+      return log.status();
+    }
+    log_ = *std::move(log);
+    head_ = std::move(head);
+    return absl::OkStatus();
+  }
+
+  absl::Status refer_to(std::uint64_t load, std::uint64_t state, std::vector<std::string> files,
+                        std::uint64_t position) {
+    v1::InputLogHead head;
+    head.set_load(load);
+    head.set_state(state);
+    head.set_position(position);
+    last_state_ = std::max(last_state_, state);
+    if (absl::Status status = begin_log(std::move(head)); !status.ok()) return status;
+    state_files_ = std::move(files);
+    remove_others();
+    return absl::OkStatus();
+  }
+
+  absl::Status write_reason(const std::filesystem::path& file, const std::string& reason) {
+    absl::StatusOr<WholeFile> out = WholeFile::create(file, disk_);
+    if (!out.ok()) return out.status();
+    if (absl::Status status = out->append(absl::StrCat(reason, "\n")); !status.ok()) return status;
+    return out->finish();
+  }
+
+  // All but the last log.
+  absl::Status move_aside() {
+    logs_.erase(logs_.begin(), logs_.end() - 1);
+    const InputLogFiles last = files_.log(logs_.back().number);
+    for (const std::filesystem::path& file : disk_.files_in(files_.folder())) {
+      if (!StoreFiles::is_ours(file) || file == last[0] || file == last[1]) continue;
+      absl::Status status = disk_.rename(file, files_.aside() / file.filename());
+      if (!status.ok()) return status;
+    }
+    return absl::OkStatus();
   }
 
   void wait_for_background() {
@@ -288,61 +215,82 @@ class FolderStore final : public WorldStore {
     background_.reset();
   }
 
-  absl::Status refer_to(std::uint64_t file, std::vector<std::string> files, bool is_snapshot,
-                        std::uint64_t position) {
-    absl::Status status = database_.at_once([&] {
-      absl::Status changed = database_.run("DELETE FROM state");
-      changed.Update(database_.run("INSERT INTO state VALUES (?, ?, ?, ?)", [&](sqlite3_stmt* statement) {
-        bind_number(statement, 1, load_);
-        bind_number(statement, 2, file);
-        bind_number(statement, 3, is_snapshot ? 1 : 0);
-        bind_number(statement, 4, position);
-      }));
-      changed.Update(database_.run("DELETE FROM inputs WHERE position <= ?",
-                                   [&](sqlite3_stmt* statement) { bind_number(statement, 1, position); }));
-      return changed;
-    });
-    if (!status.ok()) return status;
-    file_ = file;
-    files_ = std::move(files);
-    remove_other_states();
-    return absl::OkStatus();
-  }
-
-  void remove_other_states() {
-    for (const std::filesystem::path& file : disk_.files_in(folder_)) {
-      const bool is_state = file.extension() == kStateSuffix;
-      const bool is_needed = std::any_of(files_.begin(), files_.end(),
-                                         [&](const std::string& name) { return file == path_of(name); });
-      if (file.extension() == kUnfinishedSuffix || (is_state && !is_needed)) disk_.remove(file);
+  // Files that the last log does not need.
+  void remove_others() {
+    auto first_needed = std::prev(logs_.end());
+    while (first_needed != logs_.begin() && first_needed->first > head_.position()) --first_needed;
+    logs_.erase(logs_.begin(), first_needed);
+    std::set<std::filesystem::path> needed;
+    for (const std::string& name : state_files_) needed.insert(files_.state(name));
+    for (const Log& log : logs_) {
+      for (const std::filesystem::path& file : files_.log(log.number)) needed.insert(file);
+    }
+    for (const std::filesystem::path& file : disk_.files_in(files_.folder())) {
+      if (StoreFiles::is_ours(file) && !needed.contains(file)) disk_.remove(file);
     }
   }
 
-  std::filesystem::path folder_;
-  Database database_;
+  struct Log {
+    std::uint64_t number = 0;
+    std::uint64_t first = 0;  // inputs before it
+  };
+
+  const StoreFiles files_;
+  const std::unique_ptr<Disk::Lock> lock_;
   Disk& disk_;
   std::optional<StoredWorld> stored_;
-  std::uint64_t load_ = 0;
-  std::uint64_t file_ = 0;                  // the last one of the state that is stored
-  std::vector<std::string> files_;          // all of it
-  StateParts parts_;                        // with the one that is being written
-  bool wants_whole_ = true;                 // since nobody knows what those of another process have
-  std::uint64_t position_ = 0;              // of the last input
-  std::unique_ptr<Disk::Work> background_;  // null: none is being written
-  std::vector<std::string> next_files_;     // of the state that is being written, and
+  v1::InputLogHead head_;        // of the last log
+  std::optional<InputLog> log_;  // it; none until something is to be appended
+  std::vector<Log> logs_;        // those that are needed, oldest first
+  std::uint64_t last_log_ = 0;
+  std::uint64_t last_state_ = 0;
+  std::vector<std::string> state_files_;
+  StateParts parts_;                           // with the one that is being written
+  bool wants_whole_ = true;                    // since nobody knows what those of another process have
+  std::uint64_t position_ = 0;                 // of the last input
+  std::unique_ptr<Disk::Work> background_;     // null: none is being written
+  std::vector<std::string> next_state_files_;  // of the state that is being written, and
   std::uint64_t next_position_ = 0;
 };
+
+absl::StatusOr<std::unique_ptr<Disk::Lock>> lock_of(const StoreFiles& files, Disk& disk) {
+  absl::StatusOr<std::unique_ptr<Disk::Lock>> lock = disk.lock(files.lock());
+  if (!absl::IsAlreadyExists(lock.status())) return lock;
+  return absl::AlreadyExistsError(
+      absl::StrCat(files.folder().string(), ": another coordinator uses this store"));
+}
+
+absl::StatusOr<std::unique_ptr<FolderStore>> locked(const std::filesystem::path& folder, Disk& disk) {
+  StoreFiles files(folder);
+  absl::StatusOr<std::unique_ptr<Disk::Lock>> lock = lock_of(files, disk);
+  if (!lock.ok()) return lock.status();
+  return std::make_unique<FolderStore>(std::move(files), *std::move(lock), disk);
+}
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<WorldStore>> open_folder_store(const std::filesystem::path& folder,
                                                               Disk& disk) {
   if (absl::Status status = disk.make_folder(folder); !status.ok()) return status;
-  absl::StatusOr<Database> database = Database::open(folder / kDatabase, disk);
-  if (!database.ok()) return database.status();
-  auto store = std::make_unique<FolderStore>(folder, *std::move(database), disk);
-  if (absl::Status status = store->read(); !status.ok()) return status;
+  absl::StatusOr<std::unique_ptr<FolderStore>> store = locked(folder, disk);
+  if (!store.ok()) return store.status();
+  if (absl::Status status = (*store)->read(); !status.ok()) return status;
   return store;
+}
+
+absl::StatusOr<StoreContents> check_folder_store(const std::filesystem::path& folder, Disk& disk) {
+  const StoreFiles files(folder);
+  if (disk.files_in(folder).empty())
+    return absl::NotFoundError(absl::StrCat(folder.string(), ": there is no store"));
+  const absl::StatusOr<std::unique_ptr<Disk::Lock>> lock = lock_of(files, disk);
+  if (!lock.ok()) return lock.status();
+  return read_store(files, disk);
+}
+
+absl::Status drop_what_is_lost(const std::filesystem::path& folder, Disk& disk) {
+  absl::StatusOr<std::unique_ptr<FolderStore>> store = locked(folder, disk);
+  if (!store.ok()) return store.status();
+  return (*store)->read_what_is_left();
 }
 
 }  // namespace tessera

@@ -19,6 +19,7 @@ HostedWorld::HostedWorld(const CoordinatorContext& context, std::shared_ptr<cons
       world_(active_world(*from, load, number, std::move(nodes), context.options.grant_window,
                           context.has_checkpoints())),
       balancing_(context, world_),
+      links_(context.members.contact_timeout(), kLongMessageMax),
       changes_(context, world_, balancing_) {
   if (context.has_checkpoints()) checkpoints_.emplace(context, world_, std::move(from));
 }
@@ -53,6 +54,7 @@ void HostedWorld::send_loads(Placement placement, Tick tick) {
 absl::Status HostedWorld::on_loaded(Server& server, const v1::Loaded& loaded) {
   if (world_.servers.is_guest(server.node)) {
     changes_.guest_is_loaded(loaded);
+    if (loaded.error().empty()) links_.have_met(server.node, world_.servers.nodes());
     return absl::OkStatus();
   }
   const std::optional<std::size_t> rank =
@@ -65,26 +67,29 @@ absl::Status HostedWorld::on_loaded(Server& server, const v1::Loaded& loaded) {
         absl::StrCat(title_of(server), " cannot load the world: ", loaded.error()));
   world_.servers.has_world(*rank);
   if (!world_.servers.hosts()) return absl::OkStatus();
-  const std::size_t servers = world_.servers.nodes().size();
-  if (const auto call = std::exchange(world_.being_loaded, std::nullopt)) {
-    v1::LoadReply reply;
-    reply.set_bodies(world_.registry.body_count());
-    reply.set_sectors(world_.sectors);
-    reply.set_servers(static_cast<std::uint32_t>(servers));
-    call->reply(absl::OkStatus(), reply);
-    context_.log(absl::StrCat("the world '", world_.name, "' is loaded"));
-    return absl::OkStatus();
-  }
+  if (loading()) return absl::OkStatus();
   ++recoveries_;
-  context_.log(absl::StrCat("the world '", world_.name, "' is on ", servers, " servers, which repeat ",
+  context_.log(absl::StrCat("the world '", world_.name, "' is on ", world_.servers.nodes().size(),
+                            " servers, which repeat ",
                             world_.sequencer.certain() - checkpoints_->kept().earliest(), " ticks"));
   return absl::OkStatus();
+}
+
+void HostedWorld::end_load() {
+  const ActiveWorld::Load call = *std::exchange(world_.being_loaded, std::nullopt);
+  v1::LoadReply reply;
+  reply.set_bodies(world_.registry.body_count());
+  reply.set_sectors(world_.sectors);
+  reply.set_servers(static_cast<std::uint32_t>(world_.servers.nodes().size()));
+  call(absl::OkStatus(), reply);
+  context_.log(absl::StrCat("the world '", world_.name, "' is loaded"));
 }
 
 absl::Status HostedWorld::on_report(Server& server, const v1::Report& report) {
   Roster& servers = world_.servers;
   const std::optional<std::size_t> rank = servers.rank_of(server.node);
   if (report.has_subscriptions() && rank) servers.subscribe(server.node, report.subscriptions());
+  watch_links(server, report);
   if (report.world() != world_.number) return absl::OkStatus();
   const bool leaves = servers.leaver() && servers.leaver()->node == server.node;
   if (!rank && !leaves) return absl::OkStatus();
@@ -103,6 +108,38 @@ absl::Status HostedWorld::on_report(Server& server, const v1::Report& report) {
   absl::Status status = world_.sequencer.report(*rank, report.tick());
   if (status.ok()) return status;
   return absl::InternalError(absl::StrCat(title_of(server), " is out of step: ", status.message()));
+}
+
+// Whoever reports is there, whatever it does; of those that it misses, some may not be of this world any
+// more.
+void HostedWorld::watch_links(const Server& server, const v1::Report& report) {
+  std::vector<v1::Unheard> unheard;
+  if (report.world() == world_.number) {
+    for (const v1::Unheard& one : report.unheard()) {
+      if (world_.servers.cannot_lose(NodeId{one.node()})) unheard.push_back(one);
+    }
+  }
+  if (world_.servers.is_guest(server.node)) {
+    changes_.guest_awaits(unheard);
+    unheard.clear();  // nobody waits for a guest
+  }
+  links_.on_report(server.node, unheard, server.last_heard);
+}
+
+std::vector<LinkWatch::Dropped> HostedWorld::take_cut_off(Nanoseconds now) {
+  std::vector<LinkWatch::Dropped> dropped = links_.take_dropped(now);
+  for (const LinkWatch::Dropped& one : dropped) {
+    if (cut_off_.size() == kCutOffKept) cut_off_.pop_front();
+    v1::CutOff& told = cut_off_.emplace_back();
+    told.set_node(one.node.value);
+    if (const Server* server = context_.members.find(one.node))
+      told.set_stream_address(server->stream_address);
+    for (const NodeId other : one.unheard_by) told.add_unheard_by(other.value);
+    told.set_seconds(std::chrono::duration<double>(one.waited).count());
+    told.set_tick(completed());
+    ++cut_off_servers_;
+  }
+  return dropped;
 }
 
 // Tells the operator, once, whom the others wait for.
@@ -139,11 +176,18 @@ absl::Status HostedWorld::on_joined(NodeId node, std::uint64_t newest_world, Nan
   return absl::OkStatus();
 }
 
-absl::Status HostedWorld::on_lost(NodeId node, const std::string& how) {
+absl::Status HostedWorld::on_lost(NodeId node, const std::string& how, bool process_has_ended) {
   if (world_.servers.is_guest(node)) world_.servers.drop_guest();
   if (!world_.servers.cannot_lose(node)) return absl::OkStatus();
+  if (process_has_ended && world_.servers.hosts()) fatal_.on_end(world_.sequencer.new_ticks_under_way());
+  if (fatal_tick()) return absl::OkStatus();
   if (may_set_back()) return set_back();
   return absl::UnavailableError(absl::StrCat(how, "; the world cannot go on without it"));
+}
+
+std::optional<Tick> HostedWorld::fatal_tick() const {
+  const std::optional<Tick> tick = fatal_.found();
+  return tick && world_.sequencer.has_commands_at(*tick) ? tick : std::nullopt;
 }
 
 // A world that loses servers again and again at the same place would do so for ever.
@@ -162,7 +206,8 @@ absl::Status HostedWorld::advance(Nanoseconds now) {
 // for one.
 absl::Status HostedWorld::set_back() {
   invariant(checkpoints_.has_value(), "only a world with checkpoints goes back to one");
-  const std::vector<NodeId> nodes = context_.choice.ranked(context_.choice.chosen(world_.settings.precision));
+  const std::vector<NodeId> nodes = next_servers();
+  links_.restart();
   gathers_until_.reset();
   balancing_.set_back();
   checkpoints_->set_back();
@@ -172,7 +217,7 @@ absl::Status HostedWorld::set_back() {
   }
   const Tick tick = checkpoints_->kept().earliest();
   world_.number = context_.numbers.take_next();
-  world_.sequencer.rewind(world_.number, nodes.size(), tick);
+  world_.sequencer.rewind(world_.number, nodes.size(), tick, fatal_.suspects_beyond(completed()));
   world_.statistics.restart(nodes);
   const absl::Status sorry =
       absl::UnavailableError("the world was set back, for its servers have changed: ask again");
@@ -200,6 +245,13 @@ absl::Status HostedWorld::set_back() {
   context_.log(absl::StrCat("the world '", world_.name, "' goes on from tick ", tick, " on ", nodes.size(),
                             " servers"));
   return absl::OkStatus();
+}
+
+// Those that are not known to be cut off from each other: the others join once that is over.
+std::vector<NodeId> HostedWorld::next_servers() const {
+  std::vector<NodeId> nodes = context_.choice.chosen(world_.settings.precision);
+  for (const NodeId apart : links_.apart(nodes)) std::erase(nodes, apart);
+  return context_.choice.ranked(std::move(nodes));
 }
 
 void HostedWorld::go_on(Nanoseconds now) {
@@ -235,6 +287,7 @@ void HostedWorld::send_grant(v1::Grant grant) {
 
 std::optional<Nanoseconds> HostedWorld::next_deadline() const {
   std::optional<Nanoseconds> earliest = gathers_until_;
+  if (const auto due = links_.next_deadline(); due && (!earliest || *due < *earliest)) earliest = due;
   if (loading() || context_.journal.waits()) return earliest;
   for (const std::optional<Nanoseconds>& deadline :
        {world_.servers.hosts() ? world_.sequencer.next_due() : std::nullopt,
@@ -245,8 +298,22 @@ std::optional<Nanoseconds> HostedWorld::next_deadline() const {
   return earliest;
 }
 
+void HostedWorld::suspend(const absl::Status& status) {
+  world_.sequencer.suspend(status);
+  world_.questions.abandon(status);
+}
+
+absl::Status HostedWorld::come_back() {
+  if (!checkpoints_) return absl::UnavailableError("without checkpoints, it cannot go on");
+  return set_back();
+}
+
+void HostedWorld::take_streams(HostedWorld& other) {
+  world_.servers.subscribe(NodeId{}, other.world_.servers.take_subscriptions());
+}
+
 void HostedWorld::abandon(const absl::Status& status) {
-  if (const auto call = std::exchange(world_.being_loaded, std::nullopt)) call->reply(status, {});
+  if (const auto call = std::exchange(world_.being_loaded, std::nullopt)) (*call)(status, {});
   world_.sequencer.abandon(status);
   world_.questions.abandon(status);
 }
@@ -277,6 +344,8 @@ void HostedWorld::describe(v1::StatusReply& reply, Nanoseconds now) const {
   reply.set_left_servers(world_.servers.left());
   reply.set_load(world_.load);
   reply.set_recoveries(recoveries_);
+  reply.mutable_cut_off()->Add(cut_off_.begin(), cut_off_.end());
+  reply.set_cut_off_servers(cut_off_servers_);
   if (checkpoints_) reply.set_checkpoint_tick(checkpoints_->kept().latest());
   *reply.mutable_settings() = to_proto(world_.settings);
   *reply.mutable_anchor() = to_proto(world_.anchor);

@@ -90,6 +90,14 @@ const JointRegistry::Entry* JointRegistry::find(JointId id) const {
   return found == joints_.end() ? nullptr : &found->second;
 }
 
+std::vector<const JointRegistry::Entry*> JointRegistry::of(BodyId body) const {
+  std::vector<const Entry*> joints;
+  for (auto joint = by_body_.lower_bound({body, JointId{}}); joint != by_body_.end() && joint->first == body;
+       ++joint)
+    joints.push_back(find(joint->second));
+  return joints;
+}
+
 const JointRegistry::Entry* JointRegistry::holding(BodyId body) const {
   const auto joint = by_body_.lower_bound({body, JointId{}});
   return joint != by_body_.end() && joint->first == body ? find(joint->second) : nullptr;
@@ -128,6 +136,15 @@ std::string JointRegistry::free_name(JointId id) const {
   return unique;
 }
 
+absl::Status JointRegistry::room_at(BodyId body, const BodyProperties* properties) const {
+  if (properties == nullptr || properties->motion == Motion::kStatic) return absl::OkStatus();
+  const std::size_t joints = of(body).size();
+  if (joints < kJointsPerBodyMax) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat("the body with the id ", body.value, " has ", joints,
+                                                   " joints, and one that may move has at most ",
+                                                   kJointsPerBodyMax));
+}
+
 absl::StatusOr<JointRecord> JointRegistry::add(JointDescription joint, const BodyProperties* parent,
                                                const BodyProperties& child, const WorldSettings& settings,
                                                Undo& undo) {
@@ -137,6 +154,12 @@ absl::StatusOr<JointRecord> JointRegistry::add(JointDescription joint, const Bod
   }
   if (absl::Status status = validate(joint, parent, child, settings); !status.ok()) return status;
   if (absl::Status status = leaders_check(joint); !status.ok()) return status;
+  for (const auto& [body, of_body] :
+       {std::pair(joint.properties.parent, parent), {joint.properties.child, &child}}) {
+    absl::Status status = room_at(body, of_body);
+    if (status.ok()) continue;
+    return absl::Status(status.code(), absl::StrCat("joint '", joint.name, "': ", status.message()));
+  }
   absl::StatusOr<JointProperties> properties =
       joint_properties_of(joint.properties, parent, child, settings.sector_size);
   if (!properties.ok()) return properties.status();

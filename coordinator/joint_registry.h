@@ -6,6 +6,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <algorithm>
 #include <map>
 #include <span>
 #include <string>
@@ -35,12 +36,16 @@ class JointRegistry {
   explicit JointRegistry(const WorldCatalogue& catalogue);
   void describe(WorldCatalogue& catalogue) const;
   JointId next_id() const { return next_id_; }
+  void skip_ids_below(JointId id) { next_id_ = std::max(next_id_, id); }
 
   // INVALID_ARGUMENT for an empty reference, NOT_FOUND for a joint that does not exist (or no longer exists).
   absl::StatusOr<JointId> resolve(const v1::JointRef& reference) const;
 
   // Null if there is none.
   const Entry* find(JointId id) const;
+
+  // Those of which the body is parent or child, ascending by ids.
+  std::vector<const Entry*> of(BodyId body) const;
 
   // A joint that ties the body to another one or to the world, the first by ids; null if there is none.
   const Entry* holding(BodyId body) const;
@@ -80,6 +85,8 @@ class JointRegistry {
   void link(const Entry& entry);
   void unlink(const Entry& entry);
   absl::Status leaders_check(const JointDescription& joint) const;
+  // RESOURCE_EXHAUSTED for a further joint of this body; null: the world.
+  absl::Status room_at(BodyId body, const BodyProperties* properties) const;
 
   Joints joints_;  // node addresses are stable: names_ refers to them
   absl::btree_map<std::string_view, JointId> names_;

@@ -144,11 +144,12 @@ absl::Status Journal::begin(std::uint64_t load, const WorldToLoad& world) {
   return absl::OkStatus();
 }
 
-absl::Status Journal::end() {
+template <typename End>
+absl::Status Journal::ended(const End& end) {
   if (store_ == nullptr) return absl::OkStatus();
   pace_.renew();
   drop_unstored(absl::FailedPreconditionError("the world ended before this was stored"));
-  absl::Status status = store_->end();
+  absl::Status status = end();
   if (!status.ok()) {
     log_(absl::StrCat(
              "the store still has the world, and a coordinator that is started anew would go on with it: ",
@@ -156,6 +157,28 @@ absl::Status Journal::end() {
          Severity::kError);
   }
   return status;
+}
+
+absl::Status Journal::end() {
+  return ended([this] { return store_->end(); });
+}
+
+absl::StatusOr<std::string> Journal::set_aside(const std::string& reason) {
+  absl::StatusOr<std::string> where = std::string();
+  absl::Status status = ended([&] {
+    where = store_->set_aside(reason);
+    return where.status();
+  });
+  if (!status.ok()) return status;
+  return where;
+}
+
+absl::StatusOr<StoredWorld> Journal::leave_out(Tick tick, Nanoseconds now) {
+  if (!stores()) return absl::UnavailableError("the world is not stored");
+  unstored_.emplace_back().set_left_out(tick);
+  write(now);
+  if (!failure_.empty()) return absl::UnavailableError(failure_);
+  return store_->read_again();
 }
 
 bool Journal::store_state(const StateChange& state, std::uint64_t position) {

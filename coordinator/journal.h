@@ -76,6 +76,12 @@ class Journal {
   absl::Status begin(std::uint64_t load, const WorldToLoad& world);
   // There is no world any more. Errors, which are logged, are the store's.
   absl::Status end();
+  // Likewise, and what is stored of it is kept elsewhere: WorldStore::set_aside().
+  absl::StatusOr<std::string> set_aside(const std::string& reason);
+
+  // The world goes on without the commands of that tick. What is stored then; errors are the store's, and
+  // UNAVAILABLE without one.
+  absl::StatusOr<StoredWorld> leave_out(Tick tick, Nanoseconds now);
 
   // What was stored before this process began; once. It is certain to run up to the tick that goes to
   // resume().
@@ -104,6 +110,8 @@ class Journal {
     std::vector<StoredReply> replies;
   };
 
+  template <typename End>
+  absl::Status ended(const End& end);
   void write(Nanoseconds now);
   void failed(const absl::Status& status, Nanoseconds now);
   void pass_by_held();

@@ -1,4 +1,5 @@
 // tessera-coordinator: the process of a cluster that serves clients, orders commands and grants ticks.
+#include <absl/strings/str_cat.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -44,6 +45,7 @@ absl::Status run_alone(CoordinatorArguments& arguments) {
                         "cannot join the network of the cluster: " + text(link.status()));
   }
   CoordinatorOptions options = arguments.coordinator;
+  options.work_clock = steady_time;
   options.log = write_log;
   std::optional<RecordingWriter> recording;
   if (!arguments.record_inputs.empty()) {
@@ -59,6 +61,11 @@ absl::Status run_alone(CoordinatorArguments& arguments) {
     if (options.checkpoint_every == Nanoseconds::zero())
       return absl::InvalidArgumentError("--store needs --checkpoint-every above 0");
     absl::StatusOr<std::unique_ptr<WorldStore>> opened = open_folder_store(arguments.store);
+    if (absl::IsDataLoss(opened.status())) {
+      return absl::DataLossError(absl::StrCat(text(opened.status()), ": `tessera store check ",
+                                              arguments.store,
+                                              "` tells what is whole, and what can be done"));
+    }
     if (!opened.ok()) return opened.status();
     store = *std::move(opened);
     options.store = store.get();

@@ -30,6 +30,9 @@ struct Server {
   bool drained = false;                         // is to host nothing
   // When the transport lost contact; none while the server responds.
   std::optional<std::chrono::nanoseconds> suspect_since;
+  // When it said first that it does not hear the coordinator; none while it does. It is lost when it says so
+  // for longer than contact_patience: one that only stands still has said so once.
+  std::optional<std::chrono::nanoseconds> deaf_since;
 
   // When it counts as lost unless it responds before then.
   std::chrono::nanoseconds deadline() const;
@@ -75,6 +78,7 @@ class Membership {
   std::optional<Nanoseconds> next_deadline() const;
 
   Nanoseconds timeout() const { return timeout_; }
+  Nanoseconds contact_timeout() const { return contact_timeout_; }
 
  private:
   Nanoseconds timeout_;

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <future>
 #include <memory>
+#include <utility>
 
 #include "coordinator/tick_statistics.h"
 #include "daemon/metric_families.h"
@@ -34,6 +35,19 @@ prometheus::MetricFamily states(const std::string& state) {
 
 prometheus::MetricFamily leads(double leads) {
   return gauge("tessera_coordinator_leads", "1 while this coordinator leads, 0 while it stands by", leads);
+}
+
+// A counter with the label role.
+prometheus::MetricFamily by_role(const RoleWork::ByRole& costs, std::string name, std::string help,
+                                 double (*value)(const RoleWork::Costs&)) {
+  prometheus::MetricFamily family = {std::move(name), std::move(help), prometheus::MetricType::Counter, {}};
+  for (std::size_t role = 0; role < costs.size(); ++role) {
+    prometheus::ClientMetric metric;
+    metric.label = {{"role", std::string(name_of(static_cast<ClientRole>(role)))}};
+    metric.counter.value = value(costs[role]);
+    family.metric.push_back(std::move(metric));
+  }
+  return family;
 }
 
 prometheus::MetricFamily tick_durations(const CoordinatorFigures& figures) {
@@ -67,6 +81,7 @@ absl::StatusOr<CoordinatorFigures> ask_for_figures(RequestQueue& queue,
                      figures.ticks = durations->count();
                      figures.ticks_s = durations->sum_s();
                    }
+                   figures.costs = coordinator->costs_by_role();
                    promise->set_value(std::move(figures));
                  }};
   if (!queue.push(request, 0).ok() || answer.wait_for(kPatience) != std::future_status::ready) {
@@ -99,10 +114,21 @@ std::vector<prometheus::MetricFamily> metrics_of(const CoordinatorFigures& figur
       counter("tessera_world_time_seconds_total", "Simulated time of the loaded world", status.time()),
       gauge("tessera_world_real_time_ratio", "Simulated time per wall time", status.real_time_factor()),
       tick_durations(figures),
+      by_role(figures.costs, "tessera_role_requests_total", "Requests of clients, by their role",
+              [](const RoleWork::Costs& costs) { return static_cast<double>(costs.requests); }),
+      by_role(figures.costs, "tessera_role_refused_total",
+              "Requests that were refused since they would have taken too much time or memory",
+              [](const RoleWork::Costs& costs) { return static_cast<double>(costs.refused); }),
+      by_role(figures.costs, "tessera_role_work_seconds_total",
+              "Time that requests took of the coordinator and of the server that took longest",
+              [](const RoleWork::Costs& costs) { return std::chrono::duration<double>(costs.work).count(); }),
       gauge("tessera_world_bodies", "Bodies of the loaded world", number(status.bodies())),
 
       counter("tessera_world_recoveries_total",
               "How often the world went on from a checkpoint, on other servers", number(status.recoveries())),
+      counter("tessera_world_servers_cut_off_total",
+              "Servers that the world went on without, since others did not hear them",
+              number(status.cut_off_servers())),
       gauge("tessera_coordinator_servers_slow", "Servers for which the others wait most of each tick",
             number(slow)),
       gauge("tessera_store_failing", "1 while the store cannot be written",

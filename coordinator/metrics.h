@@ -20,6 +20,7 @@ struct CoordinatorFigures {
   v1::StatusReply status;
   std::uint64_t ticks = 0;  // of the loaded world, with a duration
   double ticks_s = 0;       // the sum of their durations
+  RoleWork::ByRole costs = {};
 };
 
 // Asks the thread that owns `coordinator` and takes from `queue`; for any other thread. UNAVAILABLE if it

@@ -24,9 +24,10 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
               0, 1e6);
   add_seconds(app, "--server-timeout", coordinator.server_timeout,
               "Silence after which a sector server counts as lost, s", 0.1, 1e6);
-  add_seconds(app, "--contact-timeout", coordinator.contact_timeout,
-              "How long a sector server that the network has lost contact with may take to come back, s", 0,
-              1e6);
+  add_seconds(
+      app, "--contact-timeout", coordinator.contact_timeout,
+      "How long a sector server that the coordinator or another one does not hear may take to come back, s",
+      0, 1e6);
   add_seconds(
       app, "--checkpoint-every", coordinator.checkpoint_every,
       "How often a running world's state is taken down, s, so that it survives the loss of servers; 0: "
@@ -50,6 +51,12 @@ void add_options(CLI::App& app, CoordinatorArguments& arguments) {
                 "Requests of clients that wait for the coordinator, MiB in all; further ones are refused");
   add_mebibytes(app, "--shapes-mib", coordinator.shape_bytes_max,
                 "Shapes of a world, MiB in all, beyond which bodies of further shapes are not spawned");
+  app.add_option(
+         "--observe-share", coordinator.observe_share,
+         "Part of the time of the coordinator and of each sector server that queries of all clients of "
+         "role observe may take while the world ticks")
+      ->check(CLI::Range(kObserveShareMin, 1.0))
+      ->capture_default_str();
   add_metrics_option(app, arguments.metrics_address);
   app.add_option(
          "--store", arguments.store,

@@ -4,8 +4,10 @@
 
 #include <chrono>
 #include <cstdio>
+#include <utility>
 #include <variant>
 
+#include "coordinator/limits.h"
 #include "coordinator/metrics.h"
 #include "coordinator/server_watch.h"
 #include "daemon/log.h"
@@ -28,6 +30,8 @@ absl::StatusOr<std::optional<ServerKeys>> lock_doors(CoordinatorArguments& argum
     return status;
   return keys;
 }
+
+Nanoseconds steady_time() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
 CoordinatorProcess::CoordinatorProcess(const CoordinatorArguments& arguments)
     : arguments_(arguments),
@@ -103,6 +107,18 @@ void CoordinatorProcess::refuse_clients(const absl::Status& status) {
   }
 }
 
+// Clients that ask for much wait for the next turn, and ticks do not wait for them.
+void CoordinatorProcess::take_requests(Coordinator& coordinator, Nanoseconds now) {
+  const auto until = std::chrono::steady_clock::now() + kRequestsTurnMax;
+  bool is_first = true;
+  coordinator.handle(
+      [&]() -> std::optional<ClientRequest> {
+        if (!std::exchange(is_first, false) && std::chrono::steady_clock::now() >= until) return std::nullopt;
+        return queue_.take_next();
+      },
+      now);
+}
+
 bool CoordinatorProcess::serve(Coordinator& coordinator, DdsLink& link, const std::function<bool()>& leads) {
   using Clock = std::chrono::steady_clock;
   ServerWatch watch([this] { wake(); });
@@ -111,17 +127,20 @@ bool CoordinatorProcess::serve(Coordinator& coordinator, DdsLink& link, const st
   const Clock::time_point start = Clock::now();
   const auto now = [&] { return Nanoseconds(Clock::now() - start); };
   const auto send = [&] {
-    for (const OutgoingMessage& outgoing : coordinator.take_messages()) {
-      link.send(outgoing.to, outgoing.message.SerializeAsString());
+    for (OutgoingMessage& outgoing : coordinator.take_messages()) {
+      std::string payload = outgoing.message.SerializeAsString();
+      outgoing.message = v1::ClusterMessage();  // a world is given back before the link needs as much again
+      link.send(outgoing.to, std::move(payload));
     }
   };
   while (!coordinator.finished() && leads()) {
     pulse_.beat();
     if (signals_.wanted()) coordinator.retire();
-    coordinator.handle(queue_.take(), now());
+    take_requests(coordinator, now());
     send();
     if (coordinator.finished()) break;
-    const Nanoseconds deadline = coordinator.next_deadline().value_or(now() + std::chrono::seconds(1));
+    const Nanoseconds deadline =
+        queue_.is_empty() ? coordinator.next_deadline().value_or(now() + std::chrono::seconds(1)) : now();
     for (const Delivery& delivery :
          link.receive(start + std::chrono::duration_cast<Clock::duration>(deadline))) {
       v1::ClusterMessage message;

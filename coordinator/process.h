@@ -24,6 +24,9 @@ namespace tessera {
 // The keys of the arguments, of which its bus makes use from then on. Errors as open_locks() and lock_bus().
 absl::StatusOr<std::optional<ServerKeys>> lock_doors(CoordinatorArguments& arguments);
 
+// Of this machine, since an arbitrary start.
+Nanoseconds steady_time();
+
 class CoordinatorProcess {
  public:
   explicit CoordinatorProcess(const CoordinatorArguments& arguments);
@@ -51,6 +54,7 @@ class CoordinatorProcess {
   void wake();
 
  private:
+  void take_requests(Coordinator& coordinator, Nanoseconds now);
   absl::Status open_monitor(const std::optional<ServerKeys>& keys);
 
   const CoordinatorArguments& arguments_;

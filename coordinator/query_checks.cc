@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "coordinator/limits.h"
 #include "lpss/model/checks.h"
@@ -65,14 +65,46 @@ absl::StatusOr<WorldPose> checked_probe(const v1::Geometry& geometry, const v1::
 template <typename Query>
 void take_filter(const Query& query, const WorldRegistry& world, Query& checked) {
   checked.set_mask(query.mask() == 0 ? 0xffffffff : query.mask());
-  std::set<std::uint64_t> ids;
+  std::vector<std::uint64_t> ids;
   for (const v1::BodyRef& body : query.except()) {
-    if (const absl::StatusOr<BodyId> id = world.resolve(body); id.ok()) ids.insert(id->value);
+    if (const absl::StatusOr<BodyId> id = world.resolve(body); id.ok()) ids.push_back(id->value);
   }
+  std::ranges::sort(ids);
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   for (const std::uint64_t id : ids) checked.add_except()->set_id(id);
 }
 
+std::uint64_t ids_of(const v1::Query& query) {
+  const int ids = query.ray().except_size() + query.sweep().except_size() + query.near().except_size() +
+                  query.states().ids_size() + query.joint_states().ids_size() +
+                  query.find_bodies().ids_size() + query.contacts().bodies_size();
+  return static_cast<std::uint64_t>(ids);
+}
+
+// Sectors, about; a way that is out of bounds by itself counts for nothing here.
+template <typename Query>
+double sectors_of(const Query& query, double sector_size) {
+  const absl::StatusOr<Eigen::Vector3d> direction = unit_direction(query.direction());
+  if (!direction.ok()) return 0;
+  const double sectors = query.length() * direction->lpNorm<1>() / sector_size;
+  return sectors > 0 && sectors <= kRaySectorsMax ? sectors : 0;
+}
+
 }  // namespace
+
+absl::Status check_work(const google::protobuf::RepeatedPtrField<v1::Query>& queries, double sector_size) {
+  std::uint64_t ids = 0;
+  double sectors = 0;
+  for (const v1::Query& query : queries) {
+    ids += ids_of(query);
+    if (query.has_ray()) sectors += sectors_of(query.ray(), sector_size);
+    if (query.has_sweep()) sectors += sectors_of(query.sweep(), sector_size);
+  }
+  if (ids > kIdsPerRequestMax) return refused("queries: ", ids, " ids must be at most ", kIdsPerRequestMax);
+  if (sectors <= static_cast<double>(kWaySectorsPerRequestMax)) return absl::OkStatus();
+  return refused("queries: the ways of rays and sweeps pass through ", static_cast<std::uint64_t>(sectors),
+                 " sectors in all, and may pass through ", kWaySectorsPerRequestMax, " in one request");
+}
 
 absl::StatusOr<v1::RayQuery> checked(const v1::RayQuery& query, const WorldRegistry& world) {
   if (!query.has_origin()) return refused("origin must be set");

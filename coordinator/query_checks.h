@@ -1,12 +1,17 @@
 // Checks clients' queries against the world and brings them to one form.
 #pragma once
 
+#include <absl/status/status.h>
 #include <absl/status/statusor.h>
+#include <google/protobuf/repeated_ptr_field.h>
 
 #include "coordinator/world_registry.h"
 #include "query.pb.h"
 
 namespace tessera {
+
+// Whether a list takes no more work than one client may ask for at once: bounds of all its queries together.
+absl::Status check_work(const google::protobuf::RepeatedPtrField<v1::Query>& queries, double sector_size);
 
 // Places are canonical, directions have unit length, masks are not 0, a point is a tiny ball, and bodies to
 // pass through are given by their ids, ascending; those that do not exist are left out. INVALID_ARGUMENT with

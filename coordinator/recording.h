@@ -2,8 +2,10 @@
 #pragma once
 
 #include <utility>
+#include <variant>
 
 #include "coordinator/coordinator.h"
+#include "coordinator/stored_inputs.h"
 #include "coordinator/tick_statistics.h"
 #include "recording.pb.h"
 
@@ -42,6 +44,21 @@ inline v1::RecordedInput recorded(v1::RecordedCommands commands) {
   v1::RecordedInput input;
   *input.mutable_commands() = std::move(commands);
   return input;
+}
+
+// A world that begins anew, with other inputs than were recorded.
+inline void record_anew(const StoredWorld& stored, const GivenInputs& inputs, const InputSink& record) {
+  v1::RecordedInput input;
+  if (const auto* world = std::get_if<v1::World>(&stored.state)) {
+    *input.mutable_world() = *world;
+    record(input);
+  } else {
+    for (const v1::SnapshotChunk& chunk : std::get<SnapshotChunks>(stored.state)) {
+      *input.mutable_snapshot() = chunk;
+      record(input);
+    }
+  }
+  for (const v1::RecordedCommands* commands : inputs.given) record(recorded(*commands));
 }
 
 // The hash of a tick that all servers have reported.

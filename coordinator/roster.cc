@@ -48,6 +48,11 @@ void Roster::guest_is_ready() {
   guest_->is_ready = true;
 }
 
+void Roster::guest_awaits(std::vector<NodeId> unheard) {
+  invariant(guest_.has_value(), "only a guest that was invited waits for others");
+  guest_->unheard = std::move(unheard);
+}
+
 void Roster::release_leaver(Nanoseconds until) {
   invariant(leaver_ && !leaver_->until, "a server that leaves is released once");
   leaver_->until = until;

@@ -23,6 +23,7 @@ class Roster {
   struct Guest {
     NodeId node;
     bool is_ready = false;
+    std::vector<NodeId> unheard;  // servers of the world that it cannot reach
   };
   // One that does not take part any more since the last map. Others may still need its messages until they
   // have that map, and then it has some time to send clients what it has for them.
@@ -58,6 +59,7 @@ class Roster {
 
   void invite(NodeId node);
   void guest_is_ready();
+  void guest_awaits(std::vector<NodeId> unheard);
   void drop_guest() { guest_.reset(); }
   // All others have the map without the leaver, which clients may need until then.
   void release_leaver(Nanoseconds until);

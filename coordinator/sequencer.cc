@@ -68,12 +68,26 @@ absl::Status Sequencer::room_for_question() const {
       absl::StrCat(questions_.size(), " questions wait already, which is the maximum"));
 }
 
-void Sequencer::rewind(std::uint64_t world, std::size_t servers, Tick tick) {
+std::optional<TicksUnderWay> Sequencer::new_ticks_under_way() const {
+  if (granted_ == completed_ || completed_ < reached_) return std::nullopt;
+  return TicksUnderWay{completed_ + 1, granted_};
+}
+
+bool Sequencer::has_commands_at(Tick tick) const {
+  const auto has = [tick](const Batches& batches) {
+    const auto found = batches.find(tick);
+    return found != batches.end() && !found->second.commands.empty();
+  };
+  return has(past_) || has(batches_);
+}
+
+void Sequencer::rewind(std::uint64_t world, std::size_t servers, Tick tick, bool in_doubt) {
   invariant(options_.keeps_past && tick <= certain_, "a world goes back to what was, and is kept");
   options_.world = world;
   serial_ = 0;
   next_maps_.clear();
   granted_ = completed_ = tick;
+  in_doubt_ = in_doubt;
   completed_by_.assign(servers, tick);
   for (auto again = past_.upper_bound(tick); again != past_.end(); again = past_.erase(again)) {
     past_commands_ -= again->second.commands.size();
@@ -317,7 +331,8 @@ std::uint64_t Sequencer::ticks_to_grant(Nanoseconds now) const {
   }
   std::uint64_t wanted = chunk_;
   if (replaying()) {
-    wanted = std::min(wanted, certain_ - granted_);
+    if (in_doubt_ && granted_ >= reached_) return ahead == 0 ? 1 : 0;
+    wanted = std::min(wanted, (in_doubt_ ? reached_ : certain_) - granted_);
   } else if (mode_ == Mode::kStepping) {
     wanted = std::min(wanted, target_ - granted_);
   }
@@ -422,13 +437,17 @@ std::optional<Nanoseconds> Sequencer::period() const {
 }
 
 void Sequencer::abandon(const absl::Status& status) {
+  suspend(status);
   batches_.clear();
   past_.clear();
+  mode_ = Mode::kPaused;
+}
+
+void Sequencer::suspend(const absl::Status& status) {
   questions_.clear();
   first_questions_.clear();
   for (const Reply& waiting : std::exchange(pauses_, {})) waiting(status, 0);
   for (const Reply& waiting : std::exchange(step_replies_, {})) waiting(status, 0);
-  mode_ = Mode::kPaused;
 }
 
 }  // namespace tessera

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "cluster.pb.h"
+#include "coordinator/fatal_tick.h"
 #include "lpss/grid/sector_map.h"
 #include "lpss/tick/messages.h"
 #include "store.pb.h"
@@ -49,6 +50,8 @@ class Sequencer {
 
   // Whether the world is paused, or will be once all granted ticks are done.
   bool paused() const { return mode_ == Mode::kPaused; }
+  // Whether there are ticks to come by themselves: it runs, steps, or repeats what was done.
+  bool ticks() const { return more_to_come(); }
   Tick completed() const { return reached_; }  // by all servers, at any time
   // The last tick that is certain to run, with what takes effect up to it: the last one granted so far.
   Tick certain() const { return certain_; }
@@ -56,8 +59,13 @@ class Sequencer {
   bool replaying() const { return granted_ < certain_; }
 
   // The servers, `servers` of them now, are at the end of tick `tick`, which none of forget_past() has
-  // passed, and go on from there as world `world`.
-  void rewind(std::uint64_t world, std::size_t servers, Tick tick);
+  // passed, and go on from there as world `world`. `in_doubt`: those that were granted and never completed
+  // are granted again one by one, so that it is known which of them cannot be.
+  void rewind(std::uint64_t world, std::size_t servers, Tick tick, bool in_doubt = false);
+
+  // The ticks that servers carry out now, where these have never been completed.
+  std::optional<TicksUnderWay> new_ticks_under_way() const;
+  bool has_commands_at(Tick tick) const;
 
   // The world will not be set back to before the end of this tick.
   void forget_past(Tick tick);
@@ -135,6 +143,8 @@ class Sequencer {
 
   // Answers all waiting calls with `status`; the world is gone.
   void abandon(const absl::Status& status);
+  // Likewise, and the world may come back.
+  void suspend(const absl::Status& status);
 
  private:
   enum class Mode { kPaused, kStepping, kRunning };
@@ -187,6 +197,7 @@ class Sequencer {
   Tick certain_ = 0;  // the largest that granted_ has been
   Tick completed_ = 0;
   Tick reached_ = 0;                // the largest that completed_ has been
+  bool in_doubt_ = false;           // replayed ticks that are beyond that
   std::vector<Tick> completed_by_;  // by rank
   Batches batches_;                 // after granted_; those after certain_ without a gap
   Batches past_;                    // granted, and not forgotten

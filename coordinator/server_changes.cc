@@ -31,7 +31,11 @@ void ServerChanges::tend(const Checkpoints& checkpoints, Nanoseconds now) {
   if (wanted.empty()) return;
   if (servers.guest() && !is_in(wanted, servers.guest()->node)) dismiss_guest();
   if (servers.guest()) {
-    if (servers.guest()->is_ready) admit_guest();
+    if (servers.guest()->is_ready) {
+      admit_guest();
+    } else if (!servers.guest()->unheard.empty() && others_wait(wanted)) {
+      dismiss_guest();
+    }
     return;
   }
   for (const NodeId node : wanted) {
@@ -45,6 +49,31 @@ void ServerChanges::tend(const Checkpoints& checkpoints, Nanoseconds now) {
 
 std::optional<Nanoseconds> ServerChanges::next_deadline() const {
   return world_.servers.leaver() ? world_.servers.leaver()->until : std::nullopt;
+}
+
+// Whether there is a change to be made once the guest is no longer there.
+bool ServerChanges::others_wait(const std::vector<NodeId>& wanted) const {
+  const Roster& servers = world_.servers;
+  return std::ranges::any_of(
+             wanted, [&](NodeId node) { return !servers.rank_of(node) && !servers.is_guest(node); }) ||
+         std::ranges::any_of(servers.nodes(), [&](NodeId node) { return !is_in(wanted, node); });
+}
+
+void ServerChanges::guest_awaits(const std::vector<v1::Unheard>& unheard) {
+  std::vector<NodeId> nodes;
+  for (const v1::Unheard& one : unheard) {
+    if (std::chrono::milliseconds(one.waited_ms()) >= context_.members.contact_timeout())
+      nodes.push_back(NodeId{one.node()});
+  }
+  const Roster::Guest& guest = *world_.servers.guest();
+  if (!nodes.empty() && guest.unheard.empty()) {
+    const Server* const missed = context_.members.find(nodes.front());
+    context_.log(
+        absl::StrCat(title_of(*context_.members.find(guest.node)), " cannot take part in the world yet: ",
+                     missed != nullptr ? title_of(*missed) : "a server", " does not answer it"),
+        Severity::kWarning);
+  }
+  world_.servers.guest_awaits(std::move(nodes));
 }
 
 // Whether it gets ready.

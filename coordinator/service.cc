@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <memory>
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -40,6 +41,12 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   std::shared_ptr<CallPlace<UnaryCall>> place_ = std::make_shared<CallPlace<UnaryCall>>(this);
 };
 
+// gRPC keeps the request until the call is answered; it may be a whole world.
+template <typename Request, typename Answer>
+Request& kept_request(grpc::CallbackServerContext& context, const Request&, const Answer&) {
+  return *static_cast<grpc::MessageHolder<Request, Answer>*>(context.GetRpcAllocatorState())->request();
+}
+
 // Information that only the process has.
 void complete(v1::StatusReply& reply) { reply.set_coordinator_peak_rss_bytes(peak_rss_bytes(getpid())); }
 
@@ -50,14 +57,12 @@ grpc::ServerUnaryReactor* TesseraService::post(Context* context, const Request* 
   auto* call = new UnaryCall<Answer>(answer);
   const auto place = call->place();
   const std::size_t bytes = request->ByteSizeLong();
-  if (absl::Status room = queue_.room_for(bytes); !room.ok() && place->take() != nullptr) {
+  const std::string client = context->peer();
+  if (absl::Status room = queue_.room_for(bytes, client); !room.ok() && place->take() != nullptr) {
     call->end(room);
     return call;
   }
-  // gRPC keeps the request until the call is answered; it may be a whole world.
-  Request& kept =
-      *static_cast<grpc::MessageHolder<Request, Answer>*>(context->GetRpcAllocatorState())->request();
-  ClientRequest posted(ClientCall<Request, Answer>{std::move(kept),
+  ClientRequest posted(ClientCall<Request, Answer>{std::move(kept_request(*context, *request, *answer)),
                                                    [place](const absl::Status& status, const Answer& from) {
                                                      UnaryCall<Answer>* taken = place->take();
                                                      if (taken == nullptr) return;
@@ -69,8 +74,9 @@ grpc::ServerUnaryReactor* TesseraService::post(Context* context, const Request* 
                                                        taken->end(status, from);
                                                      }
                                                    },
-                                                   {}});
-  if (absl::Status pushed = queue_.push(posted, bytes); !pushed.ok() && place->take() != nullptr) {
+                                                   {},
+                                                   role_of(tokens_, *context)});
+  if (absl::Status pushed = queue_.push(posted, bytes, client); !pushed.ok() && place->take() != nullptr) {
     call->end(pushed);
   }
   return call;
@@ -86,7 +92,7 @@ grpc::ServerBidiReactor<v1::Request, v1::Reply>* TesseraService::Session(Context
   return start_session(queue_, tokens_, *context);
 }
 grpc::ServerUnaryReactor* TesseraService::Do(Context* context, const v1::Request* request, v1::Reply* reply) {
-  if (absl::Status may = may_request(*request, tokens_, *context); !may.ok()) {
+  if (absl::Status may = admit(kept_request(*context, *request, *reply), tokens_, *context); !may.ok()) {
     auto* call = new UnaryCall<v1::Reply>(reply);
     call->place()->take()->end(may);
     return call;

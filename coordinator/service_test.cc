@@ -178,6 +178,43 @@ TEST(RequestQueue, HasALimit) {
   EXPECT_TRUE(queue.push(request, 0).ok());
 }
 
+// Requests that are told apart by the bytes of a name.
+ClientRequest request_named(std::size_t name) {
+  ClientCall<v1::BalanceRequest, v1::BalanceReply> call;
+  call.id.number = name;
+  return call;
+}
+
+TEST(RequestQueue, ClientsTakeTurns) {
+  RequestQueue queue([] {});
+  std::size_t name = 0;
+  for (const char* client : {"much", "much", "much", "little", "much", "other", "little"}) {
+    ClientRequest request = request_named(name++);
+    ASSERT_TRUE(queue.push(request, 1, client).ok());
+  }
+  std::vector<std::size_t> order;
+  while (const std::optional<ClientRequest> next = queue.take_next()) {
+    order.push_back(std::get<ClientCall<v1::BalanceRequest, v1::BalanceReply>>(*next).id.number);
+  }
+  EXPECT_THAT(order, ::testing::ElementsAre(0, 3, 5, 1, 6, 2, 4));
+  EXPECT_TRUE(queue.is_empty());
+}
+
+TEST(RequestQueue, OneClientLeavesRoomForOthers) {
+  RequestQueue queue([] {});
+  const auto push = [&](const std::string& client) {
+    ClientRequest request = request_named(0);
+    return queue.push(request, 0, client);
+  };
+  for (std::size_t n = 0; n < kQueuedRequestsPerClientMax; ++n) ASSERT_TRUE(push("much").ok());
+  const absl::Status refused = push("much");
+  EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("1024 requests of this connection wait"));
+  EXPECT_TRUE(push("little").ok());
+  queue.take_next();
+  EXPECT_TRUE(push("much").ok());
+}
+
 TEST(RequestQueue, HasALimitOfBytes) {
   RequestQueue queue([] {}, /*bytes_max=*/100);
   ClientRequest request = ClientCall<v1::StatusRequest, v1::StatusReply>{};

@@ -33,7 +33,12 @@ class SessionCall final : public grpc::ServerBidiReactor<v1::Request, v1::Reply>
                           public std::enable_shared_from_this<SessionCall> {
  public:
   SessionCall(RequestQueue& queue, const std::optional<Tokens>& tokens, grpc::CallbackServerContext& context)
-      : queue_(queue), tokens_(tokens), context_(context), session_(session_of(context)) {}
+      : queue_(queue),
+        tokens_(tokens),
+        context_(context),
+        client_(context.peer()),
+        session_(session_of(context)),
+        role_(role_of(tokens, context)) {}
 
   void start() {
     self_ = shared_from_this();
@@ -44,7 +49,7 @@ class SessionCall final : public grpc::ServerBidiReactor<v1::Request, v1::Reply>
     if (!ok) return update([this] { client_is_done_ = true; });
     const std::uint64_t number = request_.number();
     const std::size_t bytes = request_.ByteSizeLong();
-    if (absl::Status may = may_request(request_, tokens_, context_); !may.ok()) {
+    if (absl::Status may = admit(request_, tokens_, context_); !may.ok()) {
       take(number, may, {}, /*is_counted=*/false);
     } else {
       {
@@ -56,8 +61,9 @@ class SessionCall final : public grpc::ServerBidiReactor<v1::Request, v1::Reply>
           [self = shared_from_this(), number](const absl::Status& status, const v1::Reply& reply) {
             self->take(number, status, reply, /*is_counted=*/true);
           },
-          {session_, number}});
-      if (absl::Status pushed = queue_.push(posted, bytes); !pushed.ok())
+          {session_, number},
+          role_});
+      if (absl::Status pushed = queue_.push(posted, bytes, client_); !pushed.ok())
         take(number, pushed, {}, /*is_counted=*/true);
     }
     update([this] { is_reading_ = false; });
@@ -128,7 +134,9 @@ class SessionCall final : public grpc::ServerBidiReactor<v1::Request, v1::Reply>
   RequestQueue& queue_;
   const std::optional<Tokens>& tokens_;
   grpc::CallbackServerContext& context_;
+  const std::string client_;  // its connection
   const std::uint64_t session_;
+  const ClientRole role_;
   std::shared_ptr<SessionCall> self_;  // while gRPC has it
   v1::Request request_;                // of the one that reads
 
@@ -144,16 +152,27 @@ class SessionCall final : public grpc::ServerBidiReactor<v1::Request, v1::Reply>
 
 }  // namespace
 
-absl::Status may_request(const v1::Request& request, const std::optional<Tokens>& tokens,
-                         const grpc::CallbackServerContext& context) {
+ClientRole role_of(const std::optional<Tokens>& tokens, const grpc::CallbackServerContext& context) {
+  if (!tokens) return ClientRole::kAdmin;
+  const std::optional<Caller> caller = tokens->caller_of(context.client_metadata(), *context.auth_context());
+  return caller ? caller->role : ClientRole::kObserve;
+}
+
+absl::Status admit(v1::Request& request, const std::optional<Tokens>& tokens,
+                   const grpc::CallbackServerContext& context) {
   const bool only_observes = request.commands().empty() && request.ticks() == 0;
   if (only_observes || !tokens) return absl::OkStatus();
-  const std::optional<ClientRole> role =
-      tokens->role_of_call(context.client_metadata(), *context.auth_context());
-  if (role >= ClientRole::kControl) return absl::OkStatus();
-  return absl::PermissionDeniedError(absl::StrCat("the role ", role ? name_of(*role) : "of nobody",
-                                                  " may not change a world: it needs ",
-                                                  name_of(ClientRole::kControl)));
+  const std::optional<Caller> caller = tokens->caller_of(context.client_metadata(), *context.auth_context());
+  const ClientRole needed = request.ticks() == 0 ? ClientRole::kOwn : ClientRole::kControl;
+  if (!caller || caller->role < needed) {
+    return absl::PermissionDeniedError(absl::StrCat("the role ", caller ? name_of(caller->role) : "of nobody",
+                                                    " may not change a world: it needs ",
+                                                    name_of(ClientRole::kControl)));
+  }
+  if (caller->role > ClientRole::kOwn) return absl::OkStatus();
+  if (caller->name.empty()) return absl::PermissionDeniedError("the role own needs a key with a name");
+  request.set_owner(caller->name);
+  return absl::OkStatus();
 }
 
 grpc::ServerBidiReactor<v1::Request, v1::Reply>* start_session(RequestQueue& queue,

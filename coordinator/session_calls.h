@@ -11,10 +11,14 @@
 
 namespace tessera {
 
-// PERMISSION_DENIED for a request that changes a world, from whom `tokens` give a role that may only observe.
-// Without tokens, everybody may.
-absl::Status may_request(const v1::Request& request, const std::optional<Tokens>& tokens,
-                         const grpc::CallbackServerContext& context);
+// Of the client of a call that was let in; without tokens, everybody may do everything.
+ClientRole role_of(const std::optional<Tokens>& tokens, const grpc::CallbackServerContext& context);
+
+// PERMISSION_DENIED for a request that changes a world, from whom `tokens` give a role that may not do so. Of
+// one that may command what it owns, the request then has the client's name as owner. Without tokens,
+// everybody may do everything.
+absl::Status admit(v1::Request& request, const std::optional<Tokens>& tokens,
+                   const grpc::CallbackServerContext& context);
 
 // Posts each request to the queue, and writes the replies as they come; no more than kStreamRequestsMax are
 // under way, up to where the client reads them. Ends, with UNAVAILABLE, when a request is left to another

@@ -16,6 +16,7 @@
 #include "coordinator/test_requests.h"
 #include "coordinator/unanswered.h"
 #include "keys/keys_folder.h"
+#include "keys/make_keys.h"
 #include "keys/test_keys.h"
 #include "proto/session_header.h"
 #include "proto/status.h"
@@ -261,6 +262,44 @@ TEST_F(SessionCalls, OfAQueueThatIsFullAreToldSo) {
   for (ClientRequest& request : queue.take()) std::get<RequestCall>(request).reply(absl::OkStatus(), {});
   EXPECT_EQ(stream.read().number(), 1u);
   EXPECT_EQ(stream.read().number(), 2u);
+}
+
+// Whose role is to command what it owns has its name in each request, whatever it says.
+TEST_F(SessionCalls, HaveTheNameOfWhoCommandsItsOwn) {
+  const TestKeys keys;
+  ASSERT_TRUE(add_client(keys.folder(), "alice", ClientRole::kOwn, 30).ok());
+  open(read_server_keys(keys.folder(), kDaemonFolder).value());
+  const auto ask = [&](bool is_alice) {
+    const std::filesystem::path folder = keys.folder() / (is_alice ? "alice" : "control");
+    const auto channel = ClientKeys::read(folder).value().channel(edge_->address(), {});
+    v1::Request disguised = request_of({push("ball")});
+    disguised.set_owner("bob");
+    ClientStream stream(channel, "7");
+    stream.send(numbered(1, disguised));
+    RequestCall call = next();
+    call.reply(absl::OkStatus(), {});
+    EXPECT_EQ(stream.read().code(), 0u);
+    const auto stub = v1::Tessera::NewStub(channel);
+    auto done = std::async(std::launch::async, [&stub, disguised] {
+      grpc::ClientContext context;
+      v1::Reply reply;
+      return stub->Do(&context, disguised, &reply).error_code();
+    });
+    RequestCall alone = next();
+    EXPECT_EQ(alone.request.owner(), call.request.owner());
+    alone.reply(absl::OkStatus(), {});
+    EXPECT_EQ(done.get(), grpc::StatusCode::OK);
+    if (is_alice) {
+      stream.send(numbered(2, request_of({}, 3)));
+      EXPECT_THAT(stream.read().message(), HasSubstr("the role own may not change a world"));
+    }
+    return call.request.owner();
+  };
+  EXPECT_EQ(ask(true), "alice");
+  EXPECT_EQ(ask(false), "bob") << "it may speak for others";
+  std::filesystem::remove(keys.folder() / "alice" / kKeyFile);
+  std::filesystem::remove(keys.folder() / "alice" / kCertificateFile);
+  EXPECT_EQ(ask(true), "alice") << "by its token";
 }
 
 // Who only observes may ask, and change nothing: by a certificate, and by a token.

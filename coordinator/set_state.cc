@@ -27,7 +27,8 @@ struct Placed {
 
 class PlacedBodies {
  public:
-  explicit PlacedBodies(const WorldRegistry& world) : world_(world) {}
+  PlacedBodies(const WorldRegistry& world, bool keeps_contacts)
+      : world_(world), keeps_contacts_(keeps_contacts) {}
 
   absl::Status place(const v1::SetState::OfBody& given) {
     const absl::StatusOr<BodyId> id = world_.resolve(given.body());
@@ -117,6 +118,7 @@ class PlacedBodies {
         !status.ok())
       return in(title, status);
     Teleport jump{id, place->sector, {}};
+    jump.keeps_contacts = keeps_contacts_;
     Eigen::Map<Eigen::Vector3d>(jump.state.position.data()) = place->local;
     jump.state.rotation = rotation_of(side.pose.orientation);
     Eigen::Map<Eigen::Vector3d>(jump.state.linear_velocity.data()) = side.linear_velocity;
@@ -126,6 +128,7 @@ class PlacedBodies {
   }
 
   const WorldRegistry& world_;
+  const bool keeps_contacts_;
   absl::btree_map<BodyId, Placed> placed_;
   std::vector<Command> commands_;
 };
@@ -134,7 +137,7 @@ class PlacedBodies {
 
 absl::StatusOr<std::vector<Command>> checked(const v1::SetState& command, const WorldRegistry& world) {
   if (command.bodies().empty() && command.joints().empty()) return refused("it must name a body or a joint");
-  PlacedBodies placed(world);
+  PlacedBodies placed(world, command.keeps_contacts());
   for (const v1::SetState::OfBody& body : command.bodies()) {
     if (absl::Status status = placed.place(body); !status.ok()) return status;
   }

@@ -1,21 +1,16 @@
 #include "coordinator/state_folder.h"
 
 #include <absl/strings/str_cat.h>
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <memory>
 #include <random>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "coordinator/stored_state.h"
 #include "proto/disk.h"
-#include "proto/snapshot_file.h"
 
 namespace tessera {
 namespace {
@@ -50,21 +45,15 @@ bool is_state_name(std::string_view name) {
 }
 
 absl::StatusOr<std::unique_ptr<StateFolder>> StateFolder::open(std::filesystem::path folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) return absl::UnavailableError(absl::StrCat(folder.string(), ": ", error.message()));
-  const std::filesystem::path file = folder / kLockFile;
-  const int lock = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (lock < 0) return absl::UnavailableError(absl::StrCat(file.string(), ": ", std::strerror(errno)));
-  std::unique_ptr<StateFolder> opened(new StateFolder(std::move(folder), lock));
-  if (::flock(lock, LOCK_EX | LOCK_NB) != 0)
-    return absl::AlreadyExistsError(
-        absl::StrCat(opened->folder_.string(), ": another coordinator uses this store"));
+  if (absl::Status status = system_disk().make_folder(folder); !status.ok()) return status;
+  absl::StatusOr<std::unique_ptr<Disk::Lock>> lock = system_disk().lock(folder / kLockFile);
+  if (absl::IsAlreadyExists(lock.status()))
+    return absl::AlreadyExistsError(absl::StrCat(folder.string(), ": another coordinator uses this store"));
+  if (!lock.ok()) return lock.status();
+  std::unique_ptr<StateFolder> opened(new StateFolder(std::move(folder), *std::move(lock)));
   if (absl::Status status = opened->scan(); !status.ok()) return status;
   return opened;
 }
-
-StateFolder::~StateFolder() { ::close(lock_); }
 
 absl::Status StateFolder::scan() {
   const std::filesystem::path name_file = folder_ / kNameFile;
@@ -126,38 +115,23 @@ absl::Status StateFolder::write_change(const StatePart& part, const StateChange&
 }
 
 absl::Status StateFolder::write(const std::string& name, const StoredState& state) {
-  const auto* chunks = std::get_if<std::vector<v1::SnapshotChunk>>(&state);
-  absl::Status status = chunks != nullptr
-                            ? write_snapshot(path_of(name), *chunks)
-                            : write_bytes(path_of(name), std::get<v1::World>(state).SerializeAsString());
+  absl::Status status = write_state(path_of(name), state, system_disk());
   if (status.ok()) add(name);
   return status;
 }
 
-absl::StatusOr<StoredState> StateFolder::read(const std::string& name, bool is_snapshot) {
+absl::StatusOr<StoredState> StateFolder::read(const std::string& name) {
+  absl::StatusOr<StoredState> state = read_state(
+      name, [this](const std::string& part) { return path_of(part); }, system_disk());
+  if (state.ok()) return state;
   // Any of its files may be the one that is damaged.
-  const auto forget = [&](const absl::Status& status) {
-    for (const std::string& file : files_of(name)) {
-      const std::lock_guard lock(mutex_);
-      files_.erase(file);
-      std::error_code ignored;
-      std::filesystem::rename(path_of(file), folder_ / absl::StrCat(file, ".damaged"), ignored);
-    }
-    return absl::DataLossError(status.message());
-  };
-  if (is_snapshot) {
-    absl::StatusOr<std::vector<v1::SnapshotChunk>> chunks = read_parts(
-        name, [this](const std::string& part) { return path_of(part); }, system_disk());
-    if (!chunks.ok()) return forget(chunks.status());
-    return *std::move(chunks);
+  for (const std::string& file : files_of(name)) {
+    const std::lock_guard lock(mutex_);
+    files_.erase(file);
+    std::error_code ignored;
+    std::filesystem::rename(path_of(file), folder_ / absl::StrCat(file, ".damaged"), ignored);
   }
-  const absl::StatusOr<std::string> bytes = bytes_of(path_of(name));
-  v1::World world;
-  if (!bytes.ok()) return forget(bytes.status());
-  if (!world.ParseFromString(*bytes))
-    return forget(
-        absl::DataLossError(absl::StrCat(path_of(name).string(), ": it is not a world as it was stored")));
-  return world;
+  return absl::DataLossError(state.status().message());
 }
 
 void StateFolder::drop_before(const std::string& name) {

@@ -27,7 +27,6 @@ class StateFolder {
  public:
   // Opens or makes it. ALREADY_EXISTS where another process has it, UNAVAILABLE with the system's reason.
   static absl::StatusOr<std::unique_ptr<StateFolder>> open(std::filesystem::path folder);
-  ~StateFolder();
   StateFolder(const StateFolder&) = delete;
   StateFolder& operator=(const StateFolder&) = delete;
 
@@ -46,7 +45,7 @@ class StateFolder {
   // As write_part().
   absl::Status write_change(const StatePart& part, const StateChange& change);
   // DATA_LOSS where it is not as it was written: it then no longer counts as held.
-  absl::StatusOr<StoredState> read(const std::string& name, bool is_snapshot);
+  absl::StatusOr<StoredState> read(const std::string& name);
 
   // A copy of another coordinator's file; `add` it once it is finished.
   absl::StatusOr<WholeFile> create(const std::string& name) const { return WholeFile::create(path_of(name)); }
@@ -56,11 +55,12 @@ class StateFolder {
   void drop_before(const std::string& name);
 
  private:
-  StateFolder(std::filesystem::path folder, int lock) : folder_(std::move(folder)), lock_(lock) {}
+  StateFolder(std::filesystem::path folder, std::unique_ptr<Disk::Lock> lock)
+      : folder_(std::move(folder)), lock_(std::move(lock)) {}
   absl::Status scan();
 
   const std::filesystem::path folder_;
-  const int lock_;
+  const std::unique_ptr<Disk::Lock> lock_;
   std::string coordinator_;
   mutable std::mutex mutex_;
   std::map<std::string, std::vector<std::string>> files_;  // each with those before it of its state

@@ -76,7 +76,7 @@ class TestCluster {
                                       heard->status = status;
                                       heard->answer = answer;
                                     },
-                                    id},
+                                    id, role},
         now);
     collect();
     return heard;
@@ -214,6 +214,9 @@ class TestCluster {
   std::uint64_t map_epoch = 1;  // that servers say is in effect
   // The answer of a server to a query; without it, that of its hash is (tick, node), and others are empty.
   std::function<v1::PartialResult(NodeId, const v1::Query&)> knows;
+  std::function<std::uint64_t(NodeId)> work_us;  // that a server's queries took; empty: none
+  v1::Answer::Excess excess = v1::Answer::NONE;  // of all of them
+  std::optional<ClientRole> role;                // of clients; none: the process itself asks
 
  private:
   v1::QueryResult only_result(const v1::Query& query) {
@@ -229,6 +232,8 @@ class TestCluster {
     answer.set_world(world);
     answer.set_question(question.id());
     answer.set_tick(tick[node]);
+    answer.set_excess(excess);
+    if (work_us) answer.set_work_us(work_us(node));
     for (const v1::Query& query : question.queries().all()) {
       v1::PartialResult& part = *answer.add_results();
       if (knows) {

@@ -113,6 +113,7 @@ class Turns {
     absl::StatusOr<std::unique_ptr<DdsLink>> link = DdsLink::create(arguments_.dds);
     if (!link.ok()) return give_up(link.status());
     CoordinatorOptions options = arguments_.coordinator;
+    options.work_clock = steady_time;
     options.log = write_log;
     options.worlds_before = kWorldsByEpoch + (static_cast<std::uint64_t>(epoch) << kWorldsOfEpochBits);
     options.worlds_max = options.worlds_before + (std::uint64_t{1} << kWorldsOfEpochBits) - 1;

@@ -28,9 +28,13 @@ Sequencer::Reply with_tick(std::function<void(absl::Status, const Answer&)> repl
 // A reply that is given once all that it waits for has come.
 class PendingReply : public std::enable_shared_from_this<PendingReply> {
  public:
+  // Of queries that were answered, how long the coordinator took for their results, and whether it has any.
+  using Account = std::function<void(const AskedQueries&, Nanoseconds, const absl::Status&)>;
+
   // The world answers all that it was asked before it ends.
-  PendingReply(std::function<void(const absl::Status&, const v1::Reply&)> send, const ActiveWorld& world)
-      : send_(std::move(send)), world_(world) {}
+  PendingReply(std::function<void(const absl::Status&, const v1::Reply&)> send, const ActiveWorld& world,
+               const CoordinatorContext& context, Account account)
+      : send_(std::move(send)), world_(world), context_(context), account_(std::move(account)) {}
 
   v1::Reply& reply() { return reply_; }
 
@@ -46,7 +50,9 @@ class PendingReply : public std::enable_shared_from_this<PendingReply> {
     return [self = shared_from_this()](const absl::Status& status, Tick tick, AskedQueries& queries) {
       if (!status.ok()) return self->done(status);
       self->reply_.set_tick(tick);
+      const Nanoseconds began = self->context_.work_clock();
       self->take(queries);
+      self->account_(queries, self->context_.work_clock() - began, self->status_);
       self->done();
     };
   }
@@ -68,6 +74,8 @@ class PendingReply : public std::enable_shared_from_this<PendingReply> {
  private:
   const std::function<void(const absl::Status&, const v1::Reply&)> send_;
   const ActiveWorld& world_;
+  const CoordinatorContext& context_;
+  const Account account_;
   v1::Reply reply_;
   absl::Status status_;
   int missing_ = 1;  // until all is under way
@@ -83,7 +91,33 @@ absl::Status WorldCalls::room_for(const GivenCommands& given) const {
   return world_.sequencer.room_for_commands(given.commands.size(), shape_bytes);
 }
 
-absl::StatusOr<WorldCalls::Plan> WorldCalls::plan(const v1::Request& request, bool is_new) const {
+// Those of role observe are bounded in time while the world ticks; whoever waits for a step is not.
+absl::StatusOr<AskedQueries> WorldCalls::checked_queries(const Call<v1::Request, v1::Reply>& call) const {
+  const bool is_bounded = call.role == ClientRole::kObserve && world_.sequencer.ticks();
+  const Nanoseconds until = context_.work_clock() + kObserveStretchMax;
+  const auto takes_too_long = [&] { return is_bounded && context_.work_clock() > until; };
+  absl::StatusOr<AskedQueries> queries =
+      AskedQueries::checked(call.request.queries(), world_.registry, takes_too_long);
+  if (absl::IsResourceExhausted(queries.status()) && call.role) context_.role_work.add_refusal(*call.role);
+  if (!queries.ok()) return queries.status();
+  queries->bound(is_bounded ? kObserveStretchMax : std::chrono::milliseconds::zero(),
+                 kResultBytesMax / std::max<std::size_t>(world_.servers.nodes().size(), 1));
+  return queries;
+}
+
+std::function<void(const AskedQueries&, Nanoseconds, const absl::Status&)> WorldCalls::account_of(
+    const std::optional<ClientRole>& role) const {
+  if (!role) return [](const AskedQueries&, Nanoseconds, const absl::Status&) {};
+  return [&work = context_.role_work, role = *role, world_ticks = world_.sequencer.ticks()](
+             const AskedQueries& queries, Nanoseconds own, const absl::Status& status) {
+    work.add_work(role, queries.work() + own, world_ticks);
+    if (absl::IsResourceExhausted(status)) work.add_refusal(role);
+  };
+}
+
+absl::StatusOr<WorldCalls::Plan> WorldCalls::plan(const Call<v1::Request, v1::Reply>& call,
+                                                  bool is_new) const {
+  const v1::Request& request = call.request;
   const Tick at = world_.sequencer.next_command_tick();
   Plan plan;
   if (is_new) {
@@ -92,14 +126,14 @@ absl::StatusOr<WorldCalls::Plan> WorldCalls::plan(const v1::Request& request, bo
     }
     plan.recorded = next_record(world_.registry, at);
     absl::StatusOr<GivenCommands> given =
-        give(request.commands(), world_.registry, at, context_.options.shape_bytes_max);
+        give(request.commands(), world_.registry, at, request.owner(), context_.options.shape_bytes_max);
     if (!given.ok()) return given.status();
     if (!given->commands.empty()) {
       if (absl::Status status = room_for(*given); !status.ok()) return status;
     }
     plan.given = *std::move(given);
   }
-  absl::StatusOr<AskedQueries> queries = AskedQueries::checked(request.queries(), world_.registry);
+  absl::StatusOr<AskedQueries> queries = checked_queries(call);
   if (!queries.ok()) return queries.status();
   if (!queries->asked().all().empty()) {
     if (absl::Status status = world_.questions.room(); !status.ok()) return status;
@@ -113,23 +147,25 @@ std::optional<v1::Applied> WorldCalls::on(Call<v1::Request, v1::Reply>& call,
                                           std::optional<v1::Applied> carried_out) {
   const v1::Request& request = call.request;
   const bool is_input = !request.commands().empty() || request.ticks() > 0;
-  absl::StatusOr<Plan> plan = this->plan(request, is_input && !carried_out);
+  absl::StatusOr<Plan> plan = this->plan(call, is_input && !carried_out);
   if (!plan.ok()) {
     world_.registry.roll_back();
     call.reply(plan.status(), {});
     return std::nullopt;
   }
   world_.registry.keep();
-  const auto pending = std::make_shared<PendingReply>(std::move(call.reply), world_);
+  const auto pending =
+      std::make_shared<PendingReply>(std::move(call.reply), world_, context_, account_of(call.role));
   v1::Reply& reply = pending->reply();
   if (carried_out) *reply.mutable_applied() = *std::move(carried_out);
   if (plan->given) {
     *reply.mutable_applied() = std::move(plan->given->applied);
     plan->recorded.mutable_commands()->Swap(call.request.mutable_commands());
-    if (!plan->given->commands.empty()) {
+    plan->recorded.set_owner(request.owner());
+    if (!plan->given->commands.empty())
       world_.sequencer.submit(std::move(plan->given->commands), std::move(plan->given->new_shapes));
-      if (context_.options.inputs) context_.options.inputs(recorded(plan->recorded));
-    }
+    if (!plan->recorded.commands().empty() && context_.options.inputs)
+      context_.options.inputs(recorded(plan->recorded));
     context_.journal.add(std::move(plan->recorded), call.id);
   }
   const v1::Applied applied = reply.applied();

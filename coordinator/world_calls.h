@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 
 #include "coordinator/active_world.h"
@@ -38,7 +39,10 @@ class WorldCalls {
     v1::RecordedCommands recorded;
     AskedQueries queries;
   };
-  absl::StatusOr<Plan> plan(const v1::Request& request, bool is_new) const;
+  absl::StatusOr<Plan> plan(const Call<v1::Request, v1::Reply>& call, bool is_new) const;
+  absl::StatusOr<AskedQueries> checked_queries(const Call<v1::Request, v1::Reply>& call) const;
+  std::function<void(const AskedQueries&, Nanoseconds, const absl::Status&)> account_of(
+      const std::optional<ClientRole>& role) const;
   absl::Status room_for(const GivenCommands& given) const;
 
   const CoordinatorContext& context_;

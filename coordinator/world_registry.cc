@@ -12,6 +12,7 @@
 #include "lpss/model/limits.h"
 #include "lpss/model/validate.h"
 #include "lpss/model/world_records.h"
+#include "lpss/programs/registry.h"
 #include "proto/convert.h"
 
 namespace tessera {
@@ -24,7 +25,7 @@ WorldRegistry::WorldRegistry(const WorldDescription& world, std::span<const Body
       frames_(world.frames, records) {
   invariant(world.bodies.size() == records.size(), "every body of a world has a record");
   for (std::size_t n = 0; n < records.size(); ++n) {
-    insert(records[n].id, world.bodies[n].name, records[n].properties);
+    insert(records[n].id, world.bodies[n].name, records[n].properties, tags_of(world.bodies[n]));
     next_id_ = BodyId{records[n].id.value + 1};
   }
 }
@@ -41,8 +42,15 @@ WorldRegistry::WorldRegistry(const WorldSnapshot& world, const WorldCatalogue& c
       if (removal != nullptr && removal->last_of) shapes_.leave(*removal->last_of, tick);
     }
   }
-  for (const WorldCatalogue::Body& body : catalogue.bodies) insert(body.id, body.name, body.properties);
+  for (const WorldCatalogue::Body& body : catalogue.bodies) {
+    insert(body.id, body.name, body.properties, body.tags);
+  }
   next_id_ = catalogue.next_body;
+}
+
+void WorldRegistry::skip_ids_below(BodyId body, JointId joint) {
+  next_id_ = std::max(next_id_, body);
+  joints_.skip_ids_below(joint);
 }
 
 WorldCatalogue WorldRegistry::next_ids() const {
@@ -55,14 +63,16 @@ WorldCatalogue WorldRegistry::next_ids() const {
 
 WorldCatalogue WorldRegistry::catalogue() const {
   WorldCatalogue catalogue = next_ids();
-  for (const auto& [id, entry] : bodies_) catalogue.bodies.push_back({id, entry.name, entry.properties});
+  for (const auto& [id, entry] : bodies_) {
+    catalogue.bodies.push_back({id, entry.name, entry.properties, entry.tags});
+  }
   joints_.describe(catalogue);
   frames_.describe(catalogue);
   return catalogue;
 }
 
-void WorldRegistry::insert(BodyId id, std::string name, const BodyProperties& properties) {
-  const auto [entry, is_new] = bodies_.emplace(id, Entry{std::move(name), properties});
+void WorldRegistry::insert(BodyId id, std::string name, const BodyProperties& properties, BodyTags tags) {
+  const auto [entry, is_new] = bodies_.emplace(id, Entry{std::move(name), properties, std::move(tags)});
   invariant(is_new && names_.emplace(entry->second.name, id).second, "ids and names of bodies are unique");
   shapes_.take(properties.shape);
 }
@@ -177,6 +187,7 @@ absl::Status WorldRegistry::take_shapes(WorldDescription& model, const v1::Spawn
 }
 
 absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::Spawn& spawn, Tick at,
+                                                            const std::string& owner,
                                                             std::size_t shape_bytes_max) {
   if (absl::Status status = check_room(spawn.model().bodies_size()); !status.ok()) return status;
   if (absl::Status status = joints_.room(spawn.model().joints_size()); !status.ok()) return status;
@@ -191,6 +202,7 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::Spawn& spa
   if (!records.ok()) return records.status();
   absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(*model);
   if (!joints.ok()) return joints.status();
+  if (absl::Status status = check_programs(*model); !status.ok()) return status;
   if (absl::Status status = check_names(*model); !status.ok()) return status;
 
   Spawned spawned;
@@ -201,7 +213,8 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::Spawn& spa
     BodyRecord& record = (*records)[n];
     record.id = BodyId{first.value + n};
     record.properties.shape = model->bodies[n].properties.shape;
-    insert(record.id, std::move(model->bodies[n].name), record.properties);
+    for (ProgramRecord& program : record.programs) move_bodies(program, first.value - 1);
+    insert(record.id, model->bodies[n].name, record.properties, tags_of(model->bodies[n], owner));
     undo_.add([this, id = record.id] {
       const auto body = bodies_.find(id);
       names_.erase(body->second.name);
@@ -251,6 +264,13 @@ void WorldRegistry::change(BodyId id, const BodyProperties& properties) {
   undo_.add([this, id, before = std::exchange(bodies_.at(id).properties, properties)] {
     bodies_.at(id).properties = before;
   });
+}
+
+void WorldRegistry::set_tags(BodyId id, BodyTags tags) {
+  undo_.add([this, id, before = std::exchange(bodies_.at(id).tags, std::move(tags))] {
+    bodies_.at(id).tags = before;
+  });
+  ++changes_;
 }
 
 // The body that a reference names, or the one given by id if there is no reference; 0 stays 0.
@@ -303,6 +323,10 @@ void WorldRegistry::apply(const Command& command, Tick at) {
     BodyProperties properties = bodies_.at(motion->id).properties;
     set_surface_motion(properties, motion->velocity, motion->running);
     change(motion->id, properties);
+  } else if (const auto* push = std::get_if<SetForce>(&command)) {
+    BodyProperties properties = bodies_.at(push->id).properties;
+    properties.lasting = push->force;
+    change(push->id, properties);
   } else if (const auto* changed = std::get_if<SetProperties>(&command)) {
     change(changed->id, changed->properties);
     joints_.set_parent_motion(changed->id, changed->properties.motion, undo_);
@@ -394,6 +418,8 @@ v1::FoundBodies WorldRegistry::find(const v1::FindBodies& query) const {
     found.set_id(id.value);
     found.set_name(entry.name);
     *found.mutable_properties() = to_proto(entry.properties);
+    found.set_user_data(entry.tags.user_data);
+    found.set_owner(entry.tags.owner);
     const ShapeId shape = entry.properties.shape;
     if (query.with_shapes() && !reply.shapes().contains(shape)) {
       v1::Shape& message = (*reply.mutable_shapes())[shape];

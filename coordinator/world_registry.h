@@ -30,6 +30,7 @@ class WorldRegistry {
   struct Entry {
     std::string name;
     BodyProperties properties;  // as simulated: see records_of()
+    BodyTags tags;
   };
 
   // A valid world, with its records.
@@ -41,6 +42,8 @@ class WorldRegistry {
   WorldCatalogue catalogue() const;
   // Of it, the ids that come next.
   WorldCatalogue next_ids() const;
+  // None below these is given any more.
+  void skip_ids_below(BodyId body, JointId joint);
   // Counts what has changed the rest of it, and the shapes.
   std::uint64_t changes() const { return changes_; }
 
@@ -71,13 +74,15 @@ class WorldRegistry {
     std::vector<JointRecord> joints;
     std::vector<v1::NumberedShape> new_shapes;  // those that the world did not have yet
   };
-  absl::StatusOr<Spawned> spawn(const v1::Spawn& spawn, Tick at,
+  // The bodies are the `owner`'s.
+  absl::StatusOr<Spawned> spawn(const v1::Spawn& spawn, Tick at, const std::string& owner = {},
                                 std::size_t shape_bytes_max = std::numeric_limits<std::size_t>::max());
 
   const JointRegistry& joints() const { return joints_; }
 
   // Adds a new joint. Errors as validate() and joint_properties_of(), NOT_FOUND for a body that does not
-  // exist, ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED beyond kJointsMax; an error changes nothing.
+  // exist, ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED beyond kJointsMax or, of
+  // a body, kJointsPerBodyMax; an error changes nothing.
   absl::StatusOr<JointRecord> add_joint(const v1::AddJoint& request);
 
   // The command that adds a joint to the world, which has just been added here.
@@ -85,6 +90,9 @@ class WorldRegistry {
 
   // The command that removes a body that exists, with its shape where no other body has it.
   RemoveBody removal_of(BodyId id) const;
+
+  // What no server needs to know of a body that exists.
+  void set_tags(BodyId id, BodyTags tags);
 
   // Applies the effect of a checked command, which servers carry out at tick `at`, on this record.
   void apply(const Command& command, Tick at);
@@ -108,7 +116,7 @@ class WorldRegistry {
   absl::Status check_room(std::size_t bodies) const;
   std::string name_for(BodyId id) const;
   absl::Status room_for_shape(const std::string& title, std::size_t bytes, std::size_t bytes_max) const;
-  void insert(BodyId id, std::string name, const BodyProperties& properties);
+  void insert(BodyId id, std::string name, const BodyProperties& properties, BodyTags tags);
 
   WorldSettings settings_;
   ShapeTable shapes_;

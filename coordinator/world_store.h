@@ -2,9 +2,11 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/status/statusor.h>
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -22,6 +24,7 @@ struct StoredWorld {
   std::uint64_t load = 0;  // the number of the load, which clients know
   StoredState state;
   std::vector<v1::StoredInput> inputs;  // since then
+  std::vector<std::string> repaired;    // damage that was made good when this was read: one line each
 };
 
 // What leads from the state that is stored to a later one.
@@ -39,10 +42,22 @@ class WorldStore {
   // What was there when it was opened; once.
   virtual std::optional<StoredWorld> take_stored() = 0;
 
+  // What is there now. UNIMPLEMENTED for a store that cannot tell; what a restart would find, otherwise.
+  virtual absl::StatusOr<StoredWorld> read_again() {
+    return absl::UnimplementedError("this store is read by the coordinator that begins with it");
+  }
+
   // A world begins, in the place of another. On return it is on disk.
   virtual absl::Status begin(std::uint64_t load, const StoredState& state) = 0;
   // There is no world any more.
   virtual absl::Status end() = 0;
+  // Likewise, and what is stored of it is kept where the store that is opened next does not look, with the
+  // reason; returns where, which is a store of its own, or nothing where that cannot be.
+  virtual absl::StatusOr<std::string> set_aside(const std::string& /*reason*/) {
+    absl::Status status = end();
+    if (!status.ok()) return status;
+    return std::string();
+  }
 
   // They are stored once stored() has passed them; where that takes a while, tend() goes on with it.
   virtual absl::Status append(const std::vector<v1::StoredInput>& inputs) = 0;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "lpss/model/world_records.h"
+#include "lpss/programs/registry.h"
 #include "proto/convert.h"
 
 namespace tessera {
@@ -34,6 +35,7 @@ absl::StatusOr<WorldToLoad> described_world(const v1::World& message) {
   if (!records.ok()) return records.status();
   absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(*world);
   if (!joints.ok()) return joints.status();
+  if (absl::Status status = check_programs(*world); !status.ok()) return status;
   return WorldToLoad{WorldToLoad::Described{*std::move(world), *std::move(records), *std::move(joints)}};
 }
 

@@ -18,7 +18,7 @@ namespace tessera {
 namespace {
 
 constexpr const char* kConfigVariable = "TESSERA_CONFIG";
-constexpr std::array<const char*, 2> kSections = {"coordinator", "sector-server"};
+constexpr std::array<const char*, 3> kSections = {"coordinator", "sector-server", "gateway"};
 
 std::string section_of(const CLI::App& app) {
   return std::string(absl::StripPrefix(app.get_name(), "tessera-"));
@@ -134,9 +134,9 @@ void read_configuration(CLI::App& app) {
 
 std::string configuration_text(const std::vector<const CLI::App*>& daemons) {
   std::string text =
-      "# Configuration of Tessera's daemons: tessera-coordinator and tessera-sector-server read it with\n"
-      "# --config FILE. Every key is the name of an option. The command line overrides the environment, and\n"
-      "# the environment overrides this file. Commented keys show their default values.\n\n";
+      "# Configuration of Tessera's daemons: tessera-coordinator, tessera-sector-server and tessera-gateway\n"
+      "# read it with --config FILE. Every key is the name of an option. The command line overrides the\n"
+      "# environment, and the environment overrides this file. Commented keys show their default values.\n\n";
   for (const CLI::Option* option : keys_of(*daemons.front(), /*shared=*/true)) {
     absl::StrAppend(&text, described(*daemons.front(), *option));
   }

@@ -14,9 +14,8 @@ namespace {
 
 constexpr std::chrono::minutes kStandstillMax(10);
 
-// Connections that ask nothing have a thread each, for so long: probes must find one that is free.
-constexpr const char* kThreads = "32";
-constexpr const char* kPatienceMs = "2000";
+constexpr const char* kThreads = "8";
+constexpr const char* kPatienceMs = "2000";  // with a client that does not take its answer
 
 struct Page {
   int code = 200;
@@ -68,7 +67,7 @@ class Monitor::Handler : public CivetHandler {
   const std::optional<Tokens> tokens_;  // those that may read it; none: everyone
 };
 
-std::string Monitor::url() const { return absl::StrCat(door_ ? "https://" : "http://", address_, "/"); }
+std::string Monitor::url() const { return absl::StrCat(is_locked_ ? "https://" : "http://", address(), "/"); }
 
 Monitor::Monitor() = default;
 Monitor::~Monitor() = default;
@@ -76,19 +75,16 @@ Monitor::~Monitor() = default;
 absl::StatusOr<std::unique_ptr<Monitor>> Monitor::open(const std::string& address,
                                                        const std::optional<ServerKeys>& keys,
                                                        Monitored monitored) {
-  // CivetWeb would also accept a list of addresses.
   if (!parse_listen_address(address) || address.find(',') != std::string::npos) {
     return absl::InvalidArgumentError(
         absl::StrCat("'", address, "' is not a valid address for metrics: use host:port"));
   }
   std::unique_ptr<Monitor> monitor(new Monitor());
   try {
-    monitor->server_ = std::make_unique<CivetServer>(
-        std::vector<std::string>{"listening_ports", keys ? kBehindDoor : address, "num_threads", kThreads,
-                                 "request_timeout_ms", kPatienceMs});
+    monitor->server_ = std::make_unique<CivetServer>(std::vector<std::string>{
+        "listening_ports", kBehindDoor, "num_threads", kThreads, "request_timeout_ms", kPatienceMs});
   } catch (const CivetException&) {
-    return absl::UnavailableError(absl::StrCat("cannot serve metrics on ", address,
-                                               ": the address is in use or does not belong to this machine"));
+    return absl::UnavailableError("cannot serve metrics: no port of loopback is free");
   }
   const auto serve = [&](const char* path, std::function<Page()> page,
                          const std::optional<Tokens>& tokens = {}) {
@@ -100,13 +96,14 @@ absl::StatusOr<std::unique_ptr<Monitor>> Monitor::open(const std::string& addres
   const std::optional<Tokens> tokens = keys ? std::optional(keys->tokens) : std::nullopt;
   serve(
       "/metrics$", [monitored = std::move(monitored)] { return metrics_page(monitored); }, tokens);
-  const int port = monitor->server_->getListeningPorts().front();
-  monitor->address_ = with_port(address, port);
-  if (!keys) return monitor;
-  absl::StatusOr<std::unique_ptr<TlsDoor>> door = TlsDoor::open(address, port, *keys);
+  absl::StatusOr<std::unique_ptr<HttpDoor>> door =
+      HttpDoor::open(address, monitor->server_->getListeningPorts().front(), keys);
+  if (absl::IsUnavailable(door.status())) {
+    return absl::UnavailableError(absl::StrCat("metrics: ", door.status().message()));
+  }
   if (!door.ok()) return door.status();
   monitor->door_ = *std::move(door);
-  monitor->address_ = monitor->door_->address();
+  monitor->is_locked_ = keys.has_value();
   return monitor;
 }
 

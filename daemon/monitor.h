@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/tls_door.h"
+#include "daemon/http_door.h"
 #include "keys/gate.h"
 
 class CivetServer;
@@ -55,7 +55,7 @@ class Monitor {
   ~Monitor();
 
   // The address it listens on, with the actual port.
-  const std::string& address() const { return address_; }
+  const std::string& address() const { return door_->address(); }
   // "http://127.0.0.1:9464/"
   std::string url() const;
 
@@ -66,8 +66,8 @@ class Monitor {
 
   std::vector<std::unique_ptr<Handler>> handlers_;  // outlive the server
   std::unique_ptr<CivetServer> server_;
-  std::unique_ptr<TlsDoor> door_;  // in front of the server
-  std::string address_;
+  std::unique_ptr<HttpDoor> door_;  // in front of the server
+  bool is_locked_ = false;          // by keys
 };
 
 }  // namespace tessera

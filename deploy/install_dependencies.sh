@@ -18,7 +18,7 @@ packages=(
   libbullet-dev cyclonedds-dev libgrpc++-dev libprotobuf-dev
   libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libbullet-extras-dev libpng-dev libtiff-dev
   # general libraries
-  libabsl-dev libcli11-dev libcivetweb-dev libeigen3-dev libmetis-dev libsleef-dev libspdlog-dev libsqlite3-dev libssl-dev libtbb-dev libxxhash-dev
+  libabsl-dev libcli11-dev libcivetweb-dev libeigen3-dev libmetis-dev libsleef-dev libspdlog-dev libssl-dev libtbb-dev libxxhash-dev
   nlohmann-json3-dev prometheus-cpp-dev
 )
 web_packages=()

@@ -4,8 +4,8 @@ set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$top/build/release
-"$top/deploy/build.sh" release tessera tessera-coordinator tessera-experiments tessera-sector-server \
-  tessera-viewer tessera-ros tessera_c tessera-engine-f64
+"$top/deploy/build.sh" release tessera tessera-coordinator tessera-experiments tessera-gateway \
+  tessera-sector-server tessera-viewer tessera-ros tessera_c tessera-engine-f64
 rm -f "$build"/package/*.deb
 cpack --config "$build/CPackConfig.cmake" -B "$build/package" >"$build/package.log" 2>&1 || {
   tail -30 "$build/package.log" >&2

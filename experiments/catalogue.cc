@@ -13,6 +13,7 @@
 #include "experiments/performance/idle.h"
 #include "experiments/performance/performance.h"
 #include "experiments/performance/scaling.h"
+#include "experiments/programs/programs.h"
 #include "experiments/requirements/requirements.h"
 #include "experiments/robots/robots.h"
 #include "experiments/scale/scale.h"
@@ -52,6 +53,7 @@ const std::vector<Experiment>& all_experiments() {
       {"performance",
        "What a core does: piles, towers, a pyramid and mixed bodies, compared with plain Bullet.",
        measure_performance, /*has_scenes=*/true},
+      {"programs", "What programs cost: characters that walk and wander, cars, lifts.", measure_programs},
       {"robots",
        "Ants and humanoids with servos on a plane: time, and errors of joints and energy, compared with "
        "MuJoCo\n"

@@ -47,25 +47,31 @@ class Gate final : public grpc::AuthMetadataProcessor {
     if (!needed)
       return {grpc::StatusCode::PERMISSION_DENIED, absl::StrCat("there is no call ", absl::CHexEscape(call))};
     if (absl::StartsWith(call, kBetweenDaemons) && is_daemon(*client)) return grpc::Status::OK;
-    const std::optional<ClientRole> role = tokens_.role_of_call(metadata, *client);
-    if (!role) {
+    const std::optional<Caller> caller = tokens_.caller_of(metadata, *client);
+    if (!caller) {
       return {grpc::StatusCode::UNAUTHENTICATED,
               "this cluster wants to know who calls: give --keys FOLDER (or TESSERA_KEYS) with a certificate "
               "or a "
               "token that it knows"};
     }
-    if (*role < *needed) {
-      return {grpc::StatusCode::PERMISSION_DENIED,
-              absl::StrCat("the role ", name_of(*role), " may not do this: it needs ", name_of(*needed))};
+    if (caller->role < *needed) {
+      return {
+          grpc::StatusCode::PERMISSION_DENIED,
+          absl::StrCat("the role ", name_of(caller->role), " may not do this: it needs ", name_of(*needed))};
     }
     return grpc::Status::OK;
   }
 
  private:
-  // Daemons have no role: they serve, and call only each other.
+  // Daemons have no role: they serve, and call only each other. A gateway, to which clients talk as to a
+  // daemon, has one, and is none.
   static bool is_daemon(const grpc::AuthContext& client) {
     const std::vector<grpc::string_ref> names = client.FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME);
-    return std::ranges::find(names, grpc::string_ref(kDaemonName)) != names.end();
+    const auto has_role = [](const grpc::string_ref& name) {
+      return role_of_uri({name.data(), name.size()}).has_value();
+    };
+    return std::ranges::find(names, grpc::string_ref(kDaemonName)) != names.end() &&
+           std::ranges::none_of(names, has_role);
   }
 
   const Tokens tokens_;
@@ -85,7 +91,7 @@ absl::StatusOr<Tokens> Tokens::parse(absl::string_view text) {
     if (!role || words.size() < 2 || words[1].size() != 2 * SHA256_DIGEST_LENGTH) {
       return absl::InvalidArgumentError(absl::StrCat("line ", number, " is not ROLE DIGEST NAME"));
     }
-    tokens.by_digest_[absl::AsciiStrToLower(words[1])] = *role;
+    tokens.by_digest_[absl::AsciiStrToLower(words[1])] = {*role, words.size() > 2 ? words[2] : std::string()};
   }
   return tokens;
 }
@@ -94,27 +100,40 @@ std::string Tokens::line(ClientRole role, absl::string_view token, absl::string_
   return absl::StrCat(name_of(role), " ", digest_of(token), " ", name, "\n");
 }
 
-std::optional<ClientRole> Tokens::role_of(absl::string_view token) const {
+const Caller* Tokens::find(absl::string_view token) const {
   const auto found = by_digest_.find(digest_of(token));
-  if (found == by_digest_.end()) return std::nullopt;
-  return found->second;
+  return found == by_digest_.end() ? nullptr : &found->second;
+}
+
+const Caller* Tokens::find_header(absl::string_view value) const {
+  return absl::ConsumePrefix(&value, kBearer) ? find(value) : nullptr;
+}
+
+std::optional<ClientRole> Tokens::role_of(absl::string_view token) const {
+  const Caller* const caller = find(token);
+  return caller == nullptr ? std::nullopt : std::optional(caller->role);
 }
 
 std::optional<ClientRole> Tokens::role_of_header(absl::string_view value) const {
-  return absl::ConsumePrefix(&value, kBearer) ? role_of(value) : std::nullopt;
+  const Caller* const caller = find_header(value);
+  return caller == nullptr ? std::nullopt : std::optional(caller->role);
 }
 
-std::optional<ClientRole> Tokens::role_of_call(
-    const std::multimap<grpc::string_ref, grpc::string_ref>& headers, const grpc::AuthContext& client) const {
-  std::optional<ClientRole> role;
-  for (const grpc::string_ref& name : client.FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME)) {
-    role = std::max(role, role_of_uri({name.data(), name.size()}));
+std::optional<Caller> Tokens::caller_of(const std::multimap<grpc::string_ref, grpc::string_ref>& headers,
+                                        const grpc::AuthContext& client) const {
+  std::optional<Caller> caller;
+  for (const grpc::string_ref& uri : client.FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME)) {
+    const std::optional<ClientRole> role = role_of_uri({uri.data(), uri.size()});
+    if (!role || (caller && caller->role >= *role)) continue;
+    const std::vector<grpc::string_ref> names = client.FindPropertyValues(GRPC_X509_CN_PROPERTY_NAME);
+    caller = Caller{*role, names.empty() ? std::string() : std::string(names[0].data(), names[0].size())};
   }
   const auto [begin, end] = headers.equal_range("authorization");
   for (auto given = begin; given != end; ++given) {
-    role = std::max(role, role_of_header({given->second.data(), given->second.size()}));
+    const Caller* const known = find_header({given->second.data(), given->second.size()});
+    if (known != nullptr && (!caller || caller->role < known->role)) caller = *known;
   }
-  return role;
+  return caller;
 }
 
 absl::StatusOr<ServerKeys> read_server_keys(const std::filesystem::path& keys, const std::string& inner) {

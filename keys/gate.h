@@ -21,7 +21,13 @@ class ServerCredentials;
 
 namespace tessera {
 
-// The role of each token. Tokens are random, so their SHA-256 is as good as themselves here, and worth
+// Who calls.
+struct Caller {
+  ClientRole role = ClientRole::kObserve;
+  std::string name;  // of the client's key
+};
+
+// Whose each token is. Tokens are random, so their SHA-256 is as good as themselves here, and worth
 // nothing to who reads it.
 class Tokens {
  public:
@@ -32,12 +38,15 @@ class Tokens {
   std::optional<ClientRole> role_of(absl::string_view token) const;
   // Of a header "Authorization: Bearer TOKEN", without its name.
   std::optional<ClientRole> role_of_header(absl::string_view value) const;
-  // Of a call with these headers: the higher one of the client's certificate and token.
-  std::optional<ClientRole> role_of_call(const std::multimap<grpc::string_ref, grpc::string_ref>& headers,
-                                         const grpc::AuthContext& client) const;
+  // Of a call with these headers: by the client's certificate or token, whichever has the higher role.
+  std::optional<Caller> caller_of(const std::multimap<grpc::string_ref, grpc::string_ref>& headers,
+                                  const grpc::AuthContext& client) const;
 
  private:
-  std::map<std::string, ClientRole> by_digest_;
+  const Caller* find(absl::string_view token) const;
+  const Caller* find_header(absl::string_view value) const;
+
+  std::map<std::string, Caller> by_digest_;
 };
 
 // What a daemon, or the web UI, has.

@@ -118,6 +118,35 @@ TEST(GateTest, TheRefusalSaysWhatIsMissing) {
               HasSubstr("there is no call"));
 }
 
+TEST(GateTest, AGatewayObservesAndIsNoDaemon) {
+  const TestKeys keys;
+  const Door door(keys.folder());
+  const std::filesystem::path gateway = keys.folder() / kGatewayFolder;
+  EXPECT_EQ(call_as(gateway, door, "/tessera.v1.Tessera/GetStatus").error_code(),
+            grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_EQ(call_as(gateway, door, "/tessera.v1.Tessera/Unload").error_code(),
+            grpc::StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(call_as(gateway, door, "/tessera.v1.Coordination/CopyStates").error_code(),
+            grpc::StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(call_as(keys.folder() / kDaemonFolder, door, "/tessera.v1.Coordination/CopyStates").error_code(),
+            grpc::StatusCode::UNIMPLEMENTED);
+  // What passes on calls of others shows nothing of its own.
+  const ClientKeys own = ClientKeys::read(gateway).value();
+  EXPECT_EQ(
+      call(own.without_identity().channel(door.address(), {}), "/tessera.v1.Tessera/GetStatus").error_code(),
+      grpc::StatusCode::UNAUTHENTICATED);
+}
+
+TEST(GateTest, ATokenGoesBesideACertificate) {
+  const TestKeys keys;
+  // The certificate of an observer, and the token of an administrator: the higher role counts.
+  std::filesystem::copy_file(keys.folder() / "admin" / kTokenFile, keys.folder() / "observe" / kTokenFile,
+                             std::filesystem::copy_options::overwrite_existing);
+  const Door door(keys.folder());
+  EXPECT_EQ(call_as(keys.folder() / "observe", door, "/tessera.v1.Tessera/Unload").error_code(),
+            grpc::StatusCode::UNIMPLEMENTED);
+}
+
 TEST(GateTest, StrangersMayDoNothing) {
   const TestKeys keys;
   const TestKeys others;

@@ -40,18 +40,25 @@ absl::StatusOr<ClientKeys> ClientKeys::read(const std::filesystem::path& keys) {
   read.authority_ = *std::move(authority);
   absl::StatusOr<std::string> key = read_key_file(folder / kKeyFile);
   absl::StatusOr<std::string> certificate = read_key_file(folder / kCertificateFile);
-  if (key.ok() && certificate.ok()) {
+  const bool has_certificate = key.ok() && certificate.ok();
+  if (has_certificate) {
     read.key_ = *std::move(key);
     read.certificate_ = *std::move(certificate);
-    return read;
   }
   const absl::StatusOr<std::string> token = read_key_file(folder / kTokenFile);
   if (!token.ok()) {
+    if (has_certificate) return read;
     return absl::NotFoundError(absl::StrCat(folder.string(), " has neither ", kCertificateFile, " and ",
                                             kKeyFile, " nor ", kTokenFile));
   }
   read.token_ = std::string(absl::StripAsciiWhitespace(*token));
   return read;
+}
+
+ClientKeys ClientKeys::without_identity() const {
+  ClientKeys keys;
+  keys.authority_ = authority_;
+  return keys;
 }
 
 std::shared_ptr<grpc::Channel> ClientKeys::channel(const std::string& address,

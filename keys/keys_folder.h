@@ -2,8 +2,10 @@
 //
 //   keys/authority/   the authority's own key, by which all others are signed: no process needs it
 //   keys/daemon/      for the daemons: authority.pem, certificate.pem, key.pem, tokens, governance.p7s,
-//   permissions.p7s keys/viewer/      for the web UI: the first four; towards the cluster, it is a client
-//   keys/NAME/        for a client: authority.pem, certificate.pem and key.pem, or token
+//   permissions.p7s
+//   keys/gateway/     for gateways: the first four; towards the cluster, one is a client that observes
+//   keys/viewer/      for the web UI: likewise; it is a client that controls
+//   keys/NAME/        for a client: authority.pem, certificate.pem and key.pem, or token, or both
 //
 // Programs are told one of the inner folders, which is all that they need, or the outer one.
 #pragma once
@@ -31,6 +33,7 @@ inline constexpr const char* kPermissionsFile = "permissions.p7s";  // and who m
 
 inline constexpr const char* kAuthorityFolder = "authority";
 inline constexpr const char* kDaemonFolder = "daemon";
+inline constexpr const char* kGatewayFolder = "gateway";
 inline constexpr const char* kViewerFolder = "viewer";
 inline constexpr const char* kAdminFolder = "admin";  // what a client is that is told the outer folder
 
@@ -57,12 +60,14 @@ class ClientKeys {
   // A channel to a daemon.
   std::shared_ptr<grpc::Channel> channel(const std::string& address, grpc::ChannelArguments arguments) const;
   bool empty() const { return authority_.empty(); }
+  // Of who passes on what others call: it accepts the same daemons, and shows nothing itself.
+  ClientKeys without_identity() const;
 
  private:
   std::string authority_;
   std::string certificate_;  // with key_; or neither
   std::string key_;
-  std::string token_;
+  std::string token_;  // goes beside a certificate, too: it passes gateways, where certificates end
 };
 
 }  // namespace tessera

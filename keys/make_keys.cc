@@ -95,8 +95,9 @@ absl::Status write_client(const fs::path& folder, const std::string& name, Clien
   const absl::StatusOr<std::string> token = make_token();
   if (!token.ok()) return token.status();
   status = write_file(folder / name / kTokenFile, *token + "\n", kPrivate);
-  for (const char* server : {kDaemonFolder, kViewerFolder}) {
+  for (const char* server : {kDaemonFolder, kGatewayFolder, kViewerFolder}) {
     if (!status.ok()) return status;
+    if (!fs::exists(folder / server)) continue;  // keys that are older than gateways
     status = write_file(folder / server / kTokensFile, Tokens::line(role, *token, name), kPrivate, O_APPEND);
   }
   return status;
@@ -161,6 +162,16 @@ absl::Status make_keys(const NewKeys& wanted) {
                           wanted.hosts, *authority);
   }
   if (status.ok()) status = write_dds_documents(folder / kDaemonFolder, *authority);
+  if (status.ok()) {
+    // Clients accept it as a daemon; its role says that it is none.
+    status = write_server(
+        folder / kGatewayFolder,
+        {.name = kGatewayFolder,
+         .names = {absl::StrCat("DNS:", kDaemonName), absl::StrCat("URI:", uri_of(ClientRole::kObserve))},
+         .is_client = true,
+         .days = wanted.days},
+        wanted.hosts, *authority);
+  }
   if (status.ok()) {
     status = write_server(folder / kViewerFolder,
                           {.name = kViewerFolder,

@@ -22,12 +22,12 @@ mode_t mode_of(const std::filesystem::path& file) {
 
 TEST(MakeKeysTest, PrivateFilesAreTheOwnersAlone) {
   const TestKeys keys;
-  for (const char* folder : {"authority", "daemon", "viewer", "observe", "control", "admin"}) {
+  for (const char* folder : {"authority", "daemon", "gateway", "viewer", "observe", "control", "admin"}) {
     EXPECT_EQ(mode_of(keys.folder() / folder), 0700u) << folder;
     EXPECT_EQ(mode_of(keys.folder() / folder / kKeyFile), 0600u) << folder;
   }
-  for (const char* file :
-       {"daemon/tokens", "viewer/tokens", "observe/token", "control/token", "admin/token"}) {
+  for (const char* file : {"daemon/tokens", "gateway/tokens", "viewer/tokens", "observe/token",
+                           "control/token", "admin/token"}) {
     EXPECT_EQ(mode_of(keys.folder() / file), 0600u) << file;
   }
 }
@@ -65,6 +65,9 @@ TEST(MakeKeysTest, ANewClientIsKnown) {
   EXPECT_EQ(known->tokens.role_of(token.substr(0, token.size() - 1)), ClientRole::kObserve);
   EXPECT_EQ(known->tokens.role_of(token), std::nullopt);
   EXPECT_EQ(known->tokens.role_of(""), std::nullopt);
+  const auto gateway = read_server_keys(keys.folder(), kGatewayFolder);
+  ASSERT_TRUE(gateway.ok()) << gateway.status();
+  EXPECT_EQ(gateway->tokens.role_of(token.substr(0, token.size() - 1)), ClientRole::kObserve);
 }
 
 TEST(MakeKeysTest, KeysAreDescribed) {

@@ -9,8 +9,11 @@
 namespace tessera {
 namespace {
 
-constexpr std::array<std::pair<absl::string_view, ClientRole>, 3> kNames = {
-    {{"observe", ClientRole::kObserve}, {"control", ClientRole::kControl}, {"admin", ClientRole::kAdmin}}};
+constexpr std::array<std::pair<absl::string_view, ClientRole>, kClientRoleCount> kNames = {
+    {{"observe", ClientRole::kObserve},
+     {"own", ClientRole::kOwn},
+     {"control", ClientRole::kControl},
+     {"admin", ClientRole::kAdmin}}};
 
 constexpr absl::string_view kPackage = "/tessera.v1.";
 
@@ -22,7 +25,7 @@ struct Call {
 // All of them: a call that is missing here is refused, and a test misses it.
 constexpr std::array kCalls = {
     Call{"Tessera/GetStatus", ClientRole::kObserve},
-    // With commands or ticks, a request needs kControl: may_request() in coordinator/session_calls.h.
+    // With commands, a request needs kOwn, and with ticks kControl: admit() in coordinator/session_calls.h.
     Call{"Tessera/Session", ClientRole::kObserve},
     Call{"Tessera/Do", ClientRole::kObserve},
     Call{"Streams/WatchBodies", ClientRole::kObserve},

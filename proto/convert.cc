@@ -3,10 +3,12 @@
 #include <absl/strings/str_cat.h>
 
 #include <limits>
+#include <span>
 #include <type_traits>
 #include <utility>
 
 #include "lpss/model/checks.h"
+#include "lpss/programs/registry.h"
 
 namespace tessera {
 namespace {
@@ -221,6 +223,7 @@ v1::PartMaterial to_proto(const PartMaterial& material) {
   result.set_category(material.category);
   result.set_mask(material.mask);
   if (material.surface != Surface{}) *result.mutable_surface() = to_proto(material.surface);
+  result.set_trigger(material.trigger);
   return result;
 }
 
@@ -232,6 +235,14 @@ v1::Shape to_proto(const Shape& shape) {
     *to.mutable_pose() = to_proto(part.pose);
     if (part.material) *to.mutable_material() = to_proto(*part.material);
   }
+  return result;
+}
+
+v1::LastingForce to_proto(const LastingForce& lasting) {
+  v1::LastingForce result;
+  *result.mutable_force() = to_proto(vector(lasting.wrench.force));
+  *result.mutable_torque() = to_proto(vector(lasting.wrench.torque));
+  result.set_body_axes(lasting.turns_along);
   return result;
 }
 
@@ -252,6 +263,26 @@ v1::BodyProperties to_proto(const BodyProperties& properties) {
   result.set_no_gravity(!properties.gravity);
   result.set_assembly(properties.assembly);
   if (properties.surface) *result.mutable_surface() = to_proto(*properties.surface);
+  result.set_trigger(properties.trigger);
+  if (properties.lasting) *result.mutable_lasting_force() = to_proto(*properties.lasting);
+  return result;
+}
+
+v1::Program to_proto(const ProgramRecord& record) {
+  v1::Program result;
+  result.set_kind(record.kind);
+  const Program* const program = find_program(record.kind);
+  if (program == nullptr) return result;
+  const auto add = [&](std::span<const double> numbers, std::span<const NumberSpec> table) {
+    for (std::size_t n = 0; n < numbers.size() && n < table.size(); ++n) {
+      if (numbers[n] == table[n].first) continue;
+      v1::NamedNumber& number = *result.add_numbers();
+      number.set_name(std::string(table[n].name));
+      number.set_value(numbers[n]);
+    }
+  };
+  add(record.parameters, program->parameters());
+  add(record.inputs, program->inputs());
   return result;
 }
 
@@ -262,6 +293,8 @@ v1::Body to_proto(const BodyDescription& body) {
   *result.mutable_pose() = to_proto(body.pose);
   *result.mutable_linear_velocity() = to_proto(body.linear_velocity);
   *result.mutable_angular_velocity() = to_proto(body.angular_velocity);
+  result.set_user_data(body.user_data);
+  for (const ProgramRecord& record : body.programs) *result.add_programs() = to_proto(record);
   return result;
 }
 
@@ -346,6 +379,7 @@ PartMaterial from_proto(const v1::PartMaterial& material) {
   result.category = material.category();
   result.mask = material.mask();
   if (material.has_surface()) result.surface = from_proto(material.surface());
+  result.trigger = material.trigger();
   return result;
 }
 
@@ -359,6 +393,10 @@ absl::StatusOr<Shape> from_proto(const v1::Shape& shape) {
     if (shape.parts(n).has_material()) added.material = from_proto(shape.parts(n).material());
   }
   return result;
+}
+
+LastingForce from_proto(const v1::LastingForce& lasting) {
+  return {{array(lasting.force()), array(lasting.torque())}, lasting.body_axes()};
 }
 
 absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties) {
@@ -383,7 +421,18 @@ absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties) 
   result.gravity = !properties.no_gravity();
   result.assembly = properties.assembly();
   if (properties.has_surface()) result.surface = from_proto(properties.surface());
+  result.trigger = properties.trigger();
+  if (properties.has_lasting_force()) result.lasting = from_proto(properties.lasting_force());
   return result;
+}
+
+absl::StatusOr<ProgramRecord> from_proto(const v1::Program& program) {
+  absl::StatusOr<ProgramRecord> record = new_program(program.kind());
+  if (!record.ok()) return record;
+  for (const v1::NamedNumber& number : program.numbers()) {
+    if (absl::Status status = set_number(*record, number.name(), number.value()); !status.ok()) return status;
+  }
+  return record;
 }
 
 absl::StatusOr<BodyDescription> from_proto(const v1::Body& body) {
@@ -398,6 +447,14 @@ absl::StatusOr<BodyDescription> from_proto(const v1::Body& body) {
   result.pose = from_proto(body.pose());
   result.linear_velocity = from_proto(body.linear_velocity());
   result.angular_velocity = from_proto(body.angular_velocity());
+  result.user_data = body.user_data();
+  if (body.programs_size() > static_cast<int>(kProgramsPerBodyMax))
+    return refused(title, ": ", body.programs_size(), " programs must be at most ", kProgramsPerBodyMax);
+  for (const v1::Program& program : body.programs()) {
+    absl::StatusOr<ProgramRecord> record = from_proto(program);
+    if (!record.ok()) return in(title, record.status());
+    result.programs.push_back(*std::move(record));
+  }
   return result;
 }
 

@@ -25,7 +25,9 @@ v1::WorldPose to_proto(const WorldPose& pose);
 v1::Pose to_proto(const Pose& pose);
 v1::Shape to_proto(const Shape& shape);
 v1::NumberedShape to_proto(const ShapeEntry& entry);
+v1::LastingForce to_proto(const LastingForce& lasting);
 v1::BodyProperties to_proto(const BodyProperties& properties);
+v1::Program to_proto(const ProgramRecord& record);  // what it starts with
 v1::Body to_proto(const BodyDescription& body);
 v1::JointProperties to_proto(const JointProperties& properties);
 v1::JointDrive to_proto(const JointDrive& drive);
@@ -42,6 +44,7 @@ WorldPose from_proto(const v1::WorldPose& pose);
 Pose from_proto(const v1::Pose& pose);
 absl::StatusOr<Shape> from_proto(const v1::Shape& shape);
 absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties);
+absl::StatusOr<ProgramRecord> from_proto(const v1::Program& program);
 absl::StatusOr<BodyDescription> from_proto(const v1::Body& body);
 absl::StatusOr<JointProperties> from_proto(const v1::JointProperties& properties);
 absl::StatusOr<JointDrive> from_proto(const v1::JointDrive& drive);

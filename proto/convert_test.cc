@@ -63,6 +63,7 @@ BodyDescription some_body() {
   body.properties.mask = 0xfffffffe;
   body.properties.gravity = false;
   body.properties.assembly = 5;
+  body.properties.trigger = true;
   body.properties.surface = Surface{{kThird, 0, -0.0}, 0.1, 0.2, 0.3, 0.4, {5, 6, 7}, {8, 9, 10}};
   body.pose.position = {
       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), -1},
@@ -160,6 +161,7 @@ TEST(Convert, JointsSurviveBitForBit) {
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(back->settings.shuffle, 0xfedcba9876543210u);
   EXPECT_EQ(back->bodies[0].properties.assembly, 5u);
+  EXPECT_TRUE(back->bodies[0].properties.trigger);
   ASSERT_EQ(back->joints.size(), 2u);
   const JointDescription& joint = back->joints[0];
   EXPECT_EQ(joint.name, "model::joint");
@@ -247,7 +249,7 @@ TEST(Convert, EveryGeometrySurvives) {
 
 TEST(Convert, MaterialsOfPartsSurvive) {
   Shape shape{{ShapePart{Box{}, {}}, ShapePart{Sphere{}, {}}}};
-  shape.parts[1].material = PartMaterial{0.25, 0.5, 6, 3, Surface{{0, 1, 0}, 0.1, 0.5, 0.01, 0.02}};
+  shape.parts[1].material = PartMaterial{0.25, 0.5, 6, 3, Surface{{0, 1, 0}, 0.1, 0.5, 0.01, 0.02}, true};
   const absl::StatusOr<Shape> back = from_proto(to_proto(shape));
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(back->parts[0].material, std::nullopt);

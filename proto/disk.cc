@@ -3,6 +3,8 @@
 #include <absl/cleanup/cleanup.h>
 #include <absl/strings/str_cat.h>
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -38,10 +40,27 @@ class SystemFile final : public Disk::File {
     }
     return absl::OkStatus();
   }
-  absl::Status sync() override { return ::fsync(descriptor_) == 0 ? absl::OkStatus() : cannot_write(file_); }
+  absl::Status sync() override {
+    if (::fdatasync(descriptor_) != 0) return cannot_write(file_);
+    struct stat found {};
+    if (::fstat(descriptor_, &found) != 0) return cannot_write(file_);
+    if (found.st_nlink > 0) return absl::OkStatus();
+    return absl::UnavailableError(absl::StrCat("cannot write ", file_.string(), ": it has been removed"));
+  }
 
  private:
   const std::filesystem::path file_;
+  const int descriptor_;
+};
+
+class SystemLock final : public Disk::Lock {
+ public:
+  explicit SystemLock(int descriptor) : descriptor_(descriptor) {}
+  SystemLock(const SystemLock&) = delete;
+  SystemLock& operator=(const SystemLock&) = delete;
+  ~SystemLock() override { ::close(descriptor_); }
+
+ private:
   const int descriptor_;
 };
 
@@ -113,7 +132,14 @@ class SystemDisk final : public Disk {
     }
   }
 
-  const char* sqlite_name() const override { return nullptr; }
+  absl::StatusOr<std::unique_ptr<Lock>> lock(const std::filesystem::path& file) override {
+    const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (descriptor < 0) return cannot_write(file);
+    auto lock = std::make_unique<SystemLock>(descriptor);
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
+    if (errno != EWOULDBLOCK) return cannot_write(file);
+    return absl::AlreadyExistsError(absl::StrCat(file.string(), ": it is locked"));
+  }
 
   std::unique_ptr<Work> in_background(std::function<absl::Status()> work) override {
     return std::make_unique<ThreadWork>(std::move(work));

@@ -23,7 +23,8 @@ class Disk {
    public:
     virtual ~File() = default;
     virtual absl::Status append(std::string_view bytes) = 0;
-    virtual absl::Status sync() = 0;  // on return, its contents outlast the machine
+    // On return, its contents outlast the machine. An error, too, once somebody has removed the file.
+    virtual absl::Status sync() = 0;
   };
 
   // Work that runs beside its caller, who must call wait() before it ends.
@@ -34,7 +35,16 @@ class Disk {
     virtual absl::Status wait() = 0;  // once
   };
 
+  // Held until it is destroyed, or the process ends.
+  class Lock {
+   public:
+    virtual ~Lock() = default;
+  };
+
   virtual ~Disk() = default;
+
+  // ALREADY_EXISTS where another process, or another owner in this one, has it. The file is made.
+  virtual absl::StatusOr<std::unique_ptr<Lock>> lock(const std::filesystem::path& file) = 0;
 
   virtual absl::Status make_folder(const std::filesystem::path& folder) = 0;
   virtual std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) = 0;
@@ -48,9 +58,6 @@ class Disk {
   // Calls `take` with all bytes of a file, in pieces, until it returns an error.
   virtual absl::Status read(const std::filesystem::path& file,
                             const std::function<absl::Status(std::string_view)>& take) = 0;
-
-  // The name of SQLite's interface to this disk (sqlite3_vfs); null: its default.
-  virtual const char* sqlite_name() const = 0;
 
   virtual std::unique_ptr<Work> in_background(std::function<absl::Status()> work) = 0;
 };

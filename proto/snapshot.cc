@@ -94,7 +94,7 @@ class ChunkReader {
       case Chunk::kHeld:
         return read_held(chunk.held());
       case Chunk::kShared:
-        return assign(unpack_shared(chunk.shared()), read_.world.shared);
+        return assign(unpack_shared(chunk.shared(), version_), read_.world.shared);
       case Chunk::kSectors:
         return read_sectors(chunk.sectors());
       case Chunk::kEnd:
@@ -103,6 +103,8 @@ class ChunkReader {
         return lost(absl::StrCat("it has ", chunks_, " chunks, and says ", chunk.end().chunks()));
       case Chunk::kParts:
         return lost("it has only what has changed since other files");
+      case Chunk::kWorld:
+        return lost("it is a world as it was loaded");
       case Chunk::KIND_NOT_SET:
         break;
     }
@@ -117,11 +119,17 @@ class ChunkReader {
   }
 
   absl::Status read_head(const v1::SnapshotHead& head) {
-    if (head.version() != kSnapshotVersion || head.layout() != wire_layout()) {
+    if (head.version() < kStoredVersionMin || head.version() > kStoredVersion) {
       return absl::FailedPreconditionError(
-          absl::StrCat("the snapshot was written by another version of Tessera (format ", head.version(),
-                       ", this one reads ", kSnapshotVersion, ")"));
+          absl::StrCat("the snapshot was written by another version of Tessera: its format is ",
+                       head.version(), ", and this one reads ", kStoredVersionMin, " to ", kStoredVersion));
     }
+    if (head.version() == kStoredVersion && head.layout() != stored_layout()) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "the snapshot was written by a build between two versions of Tessera: its format is an unfinished ",
+          kStoredVersion));
+    }
+    version_ = head.version();
     if (head.arithmetic() != arithmetic_fingerprint()) {
       return absl::FailedPreconditionError(
           "the snapshot was written by a build that computes other bits than this one");
@@ -155,13 +163,14 @@ class ChunkReader {
     for (const v1::SnapshotBodies::Body& body : bodies.bodies()) {
       absl::StatusOr<BodyProperties> properties = from_proto(body.properties());
       if (!properties.ok()) return properties.status();
-      read_.catalogue.bodies.push_back({BodyId{body.id()}, body.name(), *properties});
+      BodyTags tags{body.owner(), body.user_data(), {body.programs().begin(), body.programs().end()}};
+      read_.catalogue.bodies.push_back({BodyId{body.id()}, body.name(), *properties, std::move(tags)});
     }
     return absl::OkStatus();
   }
 
   absl::Status read_joints(const v1::SnapshotJoints& joints) {
-    absl::StatusOr<std::vector<JointRecord>> records = unpack_joints(joints.records());
+    absl::StatusOr<std::vector<JointRecord>> records = unpack_joints(joints.records(), version_);
     if (!records.ok()) return records.status();
     if (records->size() != static_cast<std::size_t>(joints.names_size())) {
       return lost(absl::StrCat(records->size(), " joints have ", joints.names_size(), " names"));
@@ -181,7 +190,7 @@ class ChunkReader {
   }
 
   absl::Status read_held(const v1::SnapshotHeldBatch& held) {
-    absl::StatusOr<std::vector<Command>> commands = unpack_commands(held.commands());
+    absl::StatusOr<std::vector<Command>> commands = unpack_commands(held.commands(), version_);
     if (!commands.ok()) return commands.status();
     read_.catalogue.held.push_back({*std::move(commands), {}});
     held_shapes_.push_back(held.new_shapes());
@@ -189,7 +198,7 @@ class ChunkReader {
   }
 
   absl::Status read_sectors(const std::string& bytes) {
-    absl::StatusOr<std::vector<MovedSector>> sectors = unpack_sectors(bytes);
+    absl::StatusOr<std::vector<MovedSector>> sectors = unpack_sectors(bytes, version_);
     if (!sectors.ok()) return sectors.status();
     std::move(sectors->begin(), sectors->end(), std::back_inserter(read_.world.sectors));
     return absl::OkStatus();
@@ -212,6 +221,7 @@ class ChunkReader {
   }
 
   ReadSnapshot read_;
+  std::uint32_t version_ = kStoredVersion;  // of the head
   std::vector<std::uint32_t> held_shapes_;  // by batch
   int last_ = 0;                            // kind
   std::uint64_t chunks_ = 0;
@@ -226,8 +236,8 @@ Chunk head_chunk(const WorldCatalogue& catalogue, const WorldSettings& settings,
   Chunk chunk;
   chunk.set_key(chunk_key(Chunk::kHead));
   v1::SnapshotHead& head = *chunk.mutable_head();
-  head.set_version(kSnapshotVersion);
-  head.set_layout(wire_layout());
+  head.set_version(kStoredVersion);
+  head.set_layout(stored_layout());
   head.set_arithmetic(arithmetic_fingerprint());
   head.set_name(catalogue.name);
   *head.mutable_settings() = to_proto(settings);
@@ -274,6 +284,9 @@ std::vector<Chunk> catalogue_chunks(const WorldCatalogue& catalogue, std::span<c
           v1::SnapshotBodies::Body& to = *chunk.mutable_bodies()->add_bodies();
           to.set_id(body.id.value);
           to.set_name(body.name);
+          to.set_owner(body.tags.owner);
+          to.set_user_data(body.tags.user_data);
+          to.mutable_programs()->Add(body.tags.programs.begin(), body.tags.programs.end());
           *to.mutable_properties() = to_proto(body.properties);
         }
       });

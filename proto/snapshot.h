@@ -11,8 +11,6 @@
 
 namespace tessera {
 
-inline constexpr std::uint32_t kSnapshotVersion = 3;
-
 // A chunk ends with the sector, or the like, that passes this size.
 inline constexpr std::size_t kSnapshotChunkBytes = std::size_t{4} << 20;
 

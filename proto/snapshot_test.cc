@@ -164,6 +164,23 @@ TEST(Snapshot, ShapesAreKnownByTheirIds) {
               testing::HasSubstr("which is not there"));
 }
 
+// A command that has been accepted, and has not taken effect, has changed what its name says.
+TEST(Snapshot, ABodyMayMoveOtherwiseThanItWillAfterHeldCommands) {
+  const WorldDescription world = tower_world(in_sectors(4), 3, {0, 0, -1});
+  const auto cluster = started(world, 2);
+  cluster->step();
+  const WorldSnapshot taken = cluster->snapshot();
+  WorldCatalogue catalogue = catalogue_of(world);
+  WorldCatalogue::Body& top = catalogue.bodies.back();
+  top.properties.motion = Motion::kKinematic;
+  EXPECT_THAT(from_chunks(chunks_of(taken, catalogue)).status().message(),
+              testing::HasSubstr("belongs to one that moves otherwise"));
+  catalogue.held.push_back({{SetProperties{top.id, top.properties}}, {}});
+  EXPECT_TRUE(from_chunks(chunks_of(taken, catalogue)).ok());
+  top.properties.motion = Motion::kStatic;
+  EXPECT_FALSE(from_chunks(chunks_of(taken, catalogue)).ok()) << "nothing becomes static";
+}
+
 std::vector<v1::SnapshotChunk> small_snapshot() {
   const WorldDescription world = tower_world(in_sectors(4), 3, {0, 0, -1});
   const auto cluster = started(world, 1);
@@ -303,8 +320,12 @@ TEST(Snapshot, JointsThatContradictEachOtherAreRefused) {
 
 TEST(Snapshot, OfAnotherVersionIsRefused) {
   std::vector<v1::SnapshotChunk> chunks = small_snapshot();
+  chunks.front().mutable_head()->set_version(kStoredVersion + 1);
+  EXPECT_THAT(from_chunks(chunks).status().message(),
+              HasSubstr("its format is 6, and this one reads 4 to 5"));
+  chunks = small_snapshot();
   chunks.front().mutable_head()->set_layout(1);
-  EXPECT_THAT(from_chunks(chunks).status().message(), HasSubstr("another version"));
+  EXPECT_THAT(from_chunks(chunks).status().message(), HasSubstr("an unfinished 5"));
   chunks = small_snapshot();
   chunks.front().mutable_head()->set_arithmetic(1);
   EXPECT_THAT(from_chunks(chunks).status().message(), HasSubstr("other bits"));

@@ -22,11 +22,12 @@ WholeFile::~WholeFile() {
   disk_->remove(beside_);
 }
 
-absl::Status WholeFile::finish() {
+absl::Status WholeFile::finish() { return finish_and_keep().status(); }
+
+absl::StatusOr<std::unique_ptr<Disk::File>> WholeFile::finish_and_keep() {
   if (absl::Status status = out_->sync(); !status.ok()) return status;
   if (absl::Status status = disk_->rename(beside_, file_); !status.ok()) return status;
-  out_.reset();
-  return absl::OkStatus();
+  return std::move(out_);
 }
 
 }  // namespace tessera

@@ -25,6 +25,8 @@ class WholeFile {
 
   // On return, it survives the end of the process and of the machine.
   absl::Status finish();
+  // Likewise; more may be appended to it.
+  absl::StatusOr<std::unique_ptr<Disk::File>> finish_and_keep();
 
  private:
   WholeFile(std::filesystem::path file, std::filesystem::path beside, Disk& disk,

@@ -1,7 +1,9 @@
 // The bulk data of a tick as bytes: plain structs in their memory representation, packed one after the other.
 //
-// Only between processes of one build (ClusterMessage's handshake compares protocol and layout). Reading
-// checks every count against the available bytes; a mismatch is DATA_LOSS.
+// Messages go only between processes that describe them alike (ClusterMessage's handshake compares protocol
+// and layout). What is stored has a version, and that of earlier versions is read, too: a field that comes
+// new is described by since() (lpss/base/since.h), with the version that is then one higher. Reading checks
+// every count against the available bytes; a mismatch is DATA_LOSS.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -17,10 +19,18 @@
 
 namespace tessera {
 
-inline constexpr std::uint32_t kClusterProtocol = 12;
+inline constexpr std::uint32_t kClusterProtocol = 13;
 
-// A hash of the sizes and versions of the packed structs and of the names of the counters; equal in
-// compatible processes.
+// Of joints, commands, sectors and what all share, in snapshots and stores.
+inline constexpr std::uint32_t kStoredVersion = 5;
+inline constexpr std::uint32_t kStoredVersionMin = 4;  // the earliest that is read
+
+// What they consist of, field by field, and a hash of that, which each version has of its own.
+std::string stored_outline();
+std::uint64_t stored_layout();
+
+// A hash of what all messages consist of, and of the names of the counters; equal in processes that can work
+// together.
 std::uint64_t wire_layout();
 
 std::string pack(std::span<const BodyRecord> records);
@@ -32,10 +42,13 @@ std::string pack(std::span<const MovedSector> sectors);
 std::size_t packed_bytes(const MovedSector& sector);
 
 absl::StatusOr<std::vector<BodyRecord>> unpack_records(std::string_view bytes);
-absl::StatusOr<std::vector<JointRecord>> unpack_joints(std::string_view bytes);
-absl::StatusOr<std::vector<Command>> unpack_commands(std::string_view bytes);
+absl::StatusOr<std::vector<JointRecord>> unpack_joints(std::string_view bytes,
+                                                       std::uint32_t version = kStoredVersion);
+absl::StatusOr<std::vector<Command>> unpack_commands(std::string_view bytes,
+                                                     std::uint32_t version = kStoredVersion);
 absl::StatusOr<RoundMessage> unpack_round(std::string_view bytes);
-absl::StatusOr<SharedState> unpack_shared(std::string_view bytes);
-absl::StatusOr<std::vector<MovedSector>> unpack_sectors(std::string_view bytes);
+absl::StatusOr<SharedState> unpack_shared(std::string_view bytes, std::uint32_t version = kStoredVersion);
+absl::StatusOr<std::vector<MovedSector>> unpack_sectors(std::string_view bytes,
+                                                        std::uint32_t version = kStoredVersion);
 
 }  // namespace tessera

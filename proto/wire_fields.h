@@ -7,6 +7,7 @@
 #include <concepts>
 #include <type_traits>
 
+#include "lpss/base/since.h"
 #include "lpss/partition/world_state.h"
 #include "lpss/tick/messages.h"
 
@@ -32,10 +33,19 @@ void describe(Archive& archive, T& x) {
   archive(x.direction, x.second_friction, x.torsional_friction, x.patch_radius, x.rolling_friction,
           x.velocity, x.running);
 }
+template <typename Archive, Is<Wrench> T>
+void describe(Archive& archive, T& x) {
+  archive(x.force, x.torque);
+}
+template <typename Archive, Is<LastingForce> T>
+void describe(Archive& archive, T& x) {
+  archive(x.wrench, x.turns_along);
+}
 template <typename Archive, Is<BodyProperties> T>
 void describe(Archive& archive, T& x) {
   archive(x.motion, x.shape, x.mass, x.inertia, x.centre, x.principal_axes, x.friction, x.restitution,
-          x.linear_damping, x.angular_damping, x.category, x.mask, x.gravity, x.assembly, x.surface);
+          x.linear_damping, x.angular_damping, x.category, x.mask, x.gravity, x.assembly, x.surface,
+          x.lasting, x.trigger);
 }
 template <typename Archive, Is<Velocities> T>
 void describe(Archive& archive, T& x) {
@@ -46,13 +56,13 @@ void describe(Archive& archive, T& x) {
   archive(x.position, x.rotation, x.linear_velocity, x.angular_velocity, x.still_for, x.activity,
           x.velocities_before);
 }
-template <typename Archive, Is<Wrench> T>
+template <typename Archive, Is<ProgramRecord> T>
 void describe(Archive& archive, T& x) {
-  archive(x.force, x.torque);
+  archive(x.kind, x.parameters, x.inputs, x.values, x.wake_at, x.start_sector, x.start, x.fault);
 }
 template <typename Archive, Is<BodyRecord> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.properties, x.state);
+  archive(x.id, x.home, x.properties, x.state, since(5, x.programs));
 }
 template <typename Archive, Is<Pose> T>
 void describe(Archive& archive, T& x) {
@@ -81,9 +91,13 @@ template <typename Archive, Is<JointDrives> T>
 void describe(Archive& archive, T& x) {
   archive(x[0], x[1]);
 }
+template <typename Archive, Is<JointLoads> T>
+void describe(Archive& archive, T& x) {
+  archive(x.effort, x.force, x.torque);
+}
 template <typename Archive, Is<JointRecord> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.properties, x.parent_motion, x.drives);
+  archive(x.id, x.properties, x.parent_motion, x.drives, x.loads);
 }
 template <typename Archive, Is<JointTie> T>
 void describe(Archive& archive, T& x) {
@@ -96,6 +110,10 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<SectorOffset> T>
 void describe(Archive& archive, T& x) {
   archive(x.i, x.j, x.k);
+}
+template <typename Archive, Is<Overlap> T>
+void describe(Archive& archive, T& x) {
+  archive(x.trigger, x.visitor);
 }
 template <typename Archive, Is<ManifoldState> T>
 void describe(Archive& archive, T& x) {
@@ -116,11 +134,11 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<ManifoldTransfer> T>
 void describe(Archive& archive, T& x) {
-  archive(x.to, x.was_touching, x.manifold);
+  archive(x.to, x.was_touching, x.manifold, x.is_overlap);
 }
 template <typename Archive, Is<Exchange> T>
 void describe(Archive& archive, T& x) {
-  archive(x.introductions, x.replicas, x.gone, x.handovers, x.manifolds, x.quiet);
+  archive(x.introductions, x.replicas, x.gone, x.handovers, x.manifolds, x.quiet, x.has_programs);
 }
 template <typename Archive, Is<Call> T>
 void describe(Archive& archive, T& x) {
@@ -136,7 +154,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Agreement> T>
 void describe(Archive& archive, T& x) {
-  archive(x.quiet, x.goes_on, x.calls, x.joint_ends, x.joint_hosts);
+  archive(x.quiet, x.goes_on, x.has_programs, x.calls, x.joint_ends, x.joint_hosts);
 }
 template <typename Archive, Is<MovedBody> T>
 void describe(Archive& archive, T& x) {
@@ -153,8 +171,8 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<MovedSector> T>
 void describe(Archive& archive, T& x) {
-  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.static_region, x.parts_reported, x.parts,
-          x.active);
+  archive(x.sector, x.bodies, x.clones, x.manifolds, x.touching, x.overlaps, x.static_region,
+          x.parts_reported, x.parts, x.active);
 }
 template <typename Archive, Is<SectorSeams> T>
 void describe(Archive& archive, T& x) {
@@ -166,7 +184,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<SharedState> T>
 void describe(Archive& archive, T& x) {
-  archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas);
+  archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas, since(5, x.acts));
 }
 template <typename Archive, Is<Transfer> T>
 void describe(Archive& archive, T& x) {
@@ -202,59 +220,37 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<Solution> T>
 void describe(Archive& archive, T& x) {
-  archive(x.islands, x.blamed);
+  archive(x.islands, x.blamed, x.joint_loads);
 }
-template <typename Archive, Is<SpawnBody> T>
+template <typename Archive, Is<ProgramAsk> T>
 void describe(Archive& archive, T& x) {
-  archive(x.record);
+  archive(x.kind, x.body, x.sector, x.origin, x.direction, x.length, x.radius, x.mask);
 }
-template <typename Archive, Is<RemoveBody> T>
+template <typename Archive, Is<ProgramAsks> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.last_of);
+  archive(x.anybody_asks, x.has_strays, x.asks);
 }
-template <typename Archive, Is<SetVelocity> T>
+template <typename Archive, Is<ProgramFinding> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.linear, x.angular);
+  archive(x.ask, x.body, x.motion, x.distance, x.normal, x.point, x.velocity, x.impulse, x.position,
+          x.rotation);
 }
-template <typename Archive, Is<ApplyImpulse> T>
+template <typename Archive, Is<ProgramAnswers> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.impulse, x.lever);
+  archive(x.findings);
 }
-template <typename Archive, Is<ApplyForce> T>
+template <typename Archive, Is<ProgramAct> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.wrench);
+  archive(x.by, x.program, x.command);
 }
-template <typename Archive, Is<Teleport> T>
+template <typename Archive, Is<ProgramActs> T>
 void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.state, x.keeps_rotation, x.keeps_linear_velocity, x.keeps_angular_velocity);
+  archive(x.acts);
 }
-template <typename Archive, Is<KinematicTarget> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.home, x.state, x.keeps_rotation);
-}
-template <typename Archive, Is<SetSurfaceMotion> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.velocity, x.running);
-}
-template <typename Archive, Is<SetProperties> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.properties);
-}
-template <typename Archive, Is<ApplyRadialImpulse> T>
-void describe(Archive& archive, T& x) {
-  archive(x.sector, x.centre, x.radius, x.impulse, x.mask);
-}
-template <typename Archive, Is<AddJoint> T>
-void describe(Archive& archive, T& x) {
-  archive(x.record, x.leaders);
-}
-template <typename Archive, Is<RemoveJoint> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id);
-}
-template <typename Archive, Is<SetDrives> T>
-void describe(Archive& archive, T& x) {
-  archive(x.id, x.drives);
-}
+
+// Commands describe themselves.
+template <typename Archive, typename T>
+requires requires(Archive& archive, T& x) { std::remove_const_t<T>::describe(archive, x); }
+void describe(Archive& archive, T& x) { std::remove_const_t<T>::describe(archive, x); }
 
 }  // namespace tessera

@@ -8,6 +8,8 @@
 #include <new>
 #include <random>
 
+#include "proto/archive.h"
+
 namespace tessera {
 namespace {
 
@@ -24,6 +26,7 @@ BodyRecord some_record(std::uint64_t id) {
   record.properties.category = 0x80000001;
   record.properties.gravity = false;
   record.properties.assembly = 77;
+  record.properties.trigger = true;
   if (id % 2 == 1) record.properties.surface = Surface{{1, 2, 3}, 0.1, 0.2, 0.3, 0.4, {5, 6, 7}, {8, 9, 10}};
   record.state.position = {1.0 / 3, -2, 63.999};
   record.state.linear_velocity = {1, 2, 3};
@@ -62,20 +65,29 @@ OffsetSet corners() {
   return set;
 }
 
+BodyRecord some_programmed(std::uint64_t id) {
+  BodyRecord record = some_record(id);
+  record.programs = {{"character", {1, 2}, {3}, {4, 5}, 6, {7, 8, 9}, {10, 11, 12}, "a fault"}, {}};
+  return record;
+}
+
 std::vector<Command> some_commands() {
-  return {SpawnBody{some_record(3)},
+  return {SpawnBody{some_programmed(3)},
           RemoveBody{BodyId{4}},
           SetVelocity{BodyId{5}, {1, 2, 3}, {4, 5, 6}},
           ApplyImpulse{BodyId{6}, {7, 8, 9}, {10, 11, 12}},
           ApplyForce{BodyId{7}, {{1, 2, 3}, {4, 5, 6}}},
-          Teleport{BodyId{8}, {1, 2, 3}, some_record(1).state, false, true, false},
+          Teleport{BodyId{8}, {1, 2, 3}, some_record(1).state, false, true, false, true},
           KinematicTarget{BodyId{9}, {4, 5, 6}, some_record(1).state, true},
           AddJoint{some_joint(10), {tie_of(some_joint(9))}},
           RemoveJoint{JointId{11}},
           SetDrives{JointId{12}, some_joint(1).drives},
           SetSurfaceMotion{BodyId{13}, {1, 2, 3}, {4, 5, 6}},
           SetProperties{BodyId{14}, some_record(3).properties},
-          ApplyRadialImpulse{{1, 2, 3}, {4, 5, 6}, 7, -8, 9}};
+          ApplyRadialImpulse{{1, 2, 3}, {4, 5, 6}, 7, -8, 9},
+          SetForce{BodyId{15}, LastingForce{{{1, 2, 3}, {4, 5, 6}}, true}},
+          PushBody{BodyId{16}, {{1, 2, 3}, {4, 5, 6}}},
+          TellProgram{BodyId{17}, 2, {{0, 1.5}, {3, -2}}, {{1, 0.25}}}};
 }
 
 BodyJoints some_joints() {
@@ -152,6 +164,7 @@ Transfer some_transfer() {
   moved.clones.push_back({{BodyId{7}, some_record(7).properties}, {}, true, true});
   moved.manifolds.push_back(some_manifold());
   moved.touching.push_back({BodyId{3}, BodyId{7}});
+  moved.overlaps.push_back({BodyId{9}, BodyId{7}});
   moved.static_region = {-1, -2, -3, 4, 5, 6};
   moved.parts_reported = true;
   return {{moved}};
@@ -171,6 +184,7 @@ TEST(Wire, BodyRecordsSurviveBitForBit) {
   EXPECT_FALSE((*read)[0].properties.gravity);
   EXPECT_EQ((*read)[0].state.position, records[0].state.position);
   EXPECT_EQ((*read)[0].properties.assembly, 77u);
+  EXPECT_TRUE((*read)[0].properties.trigger);
   EXPECT_EQ((*read)[0].state.activity, Activity::kWantsSleep);
 }
 
@@ -219,6 +233,10 @@ TEST(Wire, CommandsSurviveBitForBit) {
   EXPECT_FALSE(jump.keeps_rotation);
   EXPECT_TRUE(jump.keeps_linear_velocity);
   EXPECT_FALSE(jump.keeps_angular_velocity);
+  EXPECT_TRUE(jump.keeps_contacts);
+  EXPECT_TRUE(std::get<SetForce>((*read)[13]).force->turns_along);
+  EXPECT_EQ(std::get<TellProgram>((*read)[15]).inputs, std::get<TellProgram>(commands[15]).inputs);
+  EXPECT_EQ(std::get<SpawnBody>((*read)[0]).record.programs.at(0).fault, "a fault");
   EXPECT_TRUE(std::get<KinematicTarget>((*read)[6]).keeps_rotation);
   EXPECT_EQ(std::get<SetDrives>((*read)[9]).drives, some_joint(1).drives);
   EXPECT_EQ(std::get<SetSurfaceMotion>((*read)[10]).running, (std::array<double, 3>{4, 5, 6}));
@@ -229,8 +247,17 @@ TEST(Wire, CommandsSurviveBitForBit) {
 
 TEST(Wire, RoundsSurviveBitForBit) {
   const std::vector<RoundMessage> rounds{
-      some_agreement(), some_transfer(),    some_exchange(), std::make_shared<const Seams>(some_seams()),
-      some_shipment(),  Motions{"motions"}, some_solution()};
+      some_agreement(),
+      some_transfer(),
+      some_exchange(),
+      std::make_shared<const Seams>(some_seams()),
+      some_shipment(),
+      Motions{"motions"},
+      some_solution(),
+      ProgramAsks{
+          true, false, {{ProgramAsk::kInside, BodyId{1}, {1, 2, 3}, {4, 5, 6}, {0, 0, 1}, 7, 0.5, 3}}},
+      ProgramAnswers{{{1, BodyId{2}, Motion::kKinematic, 3, {0, 0, 1}, {4, 5, 6}, {7, 8, 9}}}},
+      ProgramActs{{{BodyId{1}, 2, PushBody{BodyId{1}, {{1, 2, 3}, {4, 5, 6}}}}}}};
   ASSERT_EQ(rounds.size(), std::variant_size_v<RoundMessage>);
   for (std::size_t n = 0; n < rounds.size(); ++n) {
     torture(pack(rounds[n]), [](std::string_view b) { return unpack_round(b); });
@@ -291,9 +318,50 @@ TEST(Wire, UnknownKindsAreRefused) {
   EXPECT_EQ(unpack_commands(bytes).status().code(), absl::StatusCode::kDataLoss);
 }
 
-TEST(Wire, LayoutIsTheSameInOneBuild) {
-  EXPECT_EQ(wire_layout(), wire_layout());
-  EXPECT_NE(wire_layout(), 0u);
+// Where this fails, what is stored has changed: give each new field since(kStoredVersion + 1, ...), raise
+// kStoredVersion, and keep a snapshot of the version before in tests/golden/stored.
+TEST(Wire, WhatIsStoredHasAVersion) {
+  ASSERT_EQ(kStoredVersion, 5u);
+  EXPECT_EQ(stored_layout(), 8374120462431149744u) << stored_outline();
+}
+
+// A struct as a version had it, and as the next one has it.
+struct Before {
+  std::uint32_t number = 0;
+  std::string text;
+  static void describe(auto& archive, auto& x) { archive(x.number, x.text); }
+};
+struct After {
+  std::uint32_t number = 0;
+  double more = 0.5;
+  std::vector<std::uint64_t> numbers = {7};
+  std::string text;
+  static void describe(auto& archive, auto& x) {
+    archive(x.number, since(9, x.more), since(9, x.numbers), x.text);
+  }
+};
+
+TEST(Wire, FieldsThatAVersionDidNotHaveAreTheirDefaults) {
+  const std::vector<Before> before = {{3, "three"}, {4, "four"}};
+  const std::string bytes = pack_list(std::span<const Before>(before));
+  const auto after = unpack_struct<std::vector<After>>(bytes, 8, "structs");
+  ASSERT_TRUE(after.ok()) << after.status();
+  ASSERT_EQ(after->size(), 2u);
+  EXPECT_EQ(after->at(1).number, 4u);
+  EXPECT_EQ(after->at(1).text, "four");
+  EXPECT_EQ(after->at(1).more, 0.5);
+  EXPECT_EQ(after->at(1).numbers, std::vector<std::uint64_t>{7});
+
+  const auto again =
+      unpack_struct<std::vector<After>>(pack_list(std::span<const After>(*after)), 9, "structs");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->at(0).text, "three");
+  EXPECT_FALSE(unpack_struct<std::vector<After>>(bytes, 9, "structs").ok());
+}
+
+TEST(Wire, TheOutlineTellsFieldsAndTheirTypes) {
+  EXPECT_EQ(outline_of<After>(), "{u4 f8 list(u8 ) text } ");
+  EXPECT_NE(outline_of<Before>(), outline_of<After>());
 }
 
 }  // namespace

@@ -71,6 +71,7 @@ void BodyBatches::write(const BodySnapshot& snapshot, NodeId node, v1::BodyBatch
   batch.set_node(node.value);
   *batch.mutable_source() = snapshot.source;
   batch.set_whole(snapshot.whole);
+  batch.set_deferred(snapshot.deferred);
   for (const BodyId id : snapshot.gone) batch.add_gone(id.value);
   const BodiesInOrder bodies = by_id(snapshot);
   if (packer_) {

@@ -26,9 +26,11 @@ struct BodySnapshot {
   std::uint64_t tick = 0;
   v1::StreamSource source;
   double sector_size = 0;
-  std::vector<Body> bodies;  // each once, in any order
-  std::vector<BodyId> gone;  // ascending
-  bool whole = false;        // nothing told before counts any more
+  std::vector<Body> bodies;    // each once, in any order
+  std::vector<BodyId> gone;    // ascending
+  bool whole = false;          // nothing told before counts any more
+  std::uint64_t deferred = 0;  // bodies that have changed, and are told later
+  std::size_t reserved = 0;    // bytes of the budget of its stream
 };
 
 std::size_t bytes_of(const BodySnapshot& snapshot);

@@ -24,7 +24,7 @@ absl::Status GrantQueue::take(v1::Grant grant) {
   return absl::OkStatus();
 }
 
-const v1::Grant* GrantQueue::begin_next() {
+v1::Grant* GrantQueue::begin_next() {
   invariant(has_work(), "a grant begins once it has come");
   if (grant_) return nullptr;
   const auto next = waiting_.begin();

@@ -23,7 +23,7 @@ class GrantQueue {
   bool has_work() const { return grant_.has_value() || waiting_.contains(next_serial_); }
 
   // Begins the next one, of those that have work, unless one is being carried out: then null.
-  const v1::Grant* begin_next();
+  v1::Grant* begin_next();
 
   // The next piece of the one that is being carried out, each once. First the map, if it has one.
   const v1::SectorMap* take_map();

@@ -6,9 +6,10 @@
 #include <chrono>
 #include <random>
 
-#include "daemon/address.h"
+#include "daemon/grpc_door.h"
 #include "daemon/log.h"
 #include "daemon/monitor.h"
+#include "daemon/open_files.h"
 #include "daemon/parent_process.h"
 #include "daemon/stop_signals.h"
 #include "keys/keys_folder.h"
@@ -51,11 +52,14 @@ NodeId drawn_node() {
 absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, ServerMetrics& metrics,
                    const StopSignals& signals, Pulse& pulse) {
   const auto start = std::chrono::steady_clock::now() - since_start();
+  const auto send = [&] {
+    for (SectorServer::Outgoing& message : server.take_messages())
+      link.send(message.to, std::move(message.payload));
+  };
   server.start(link.self(), since_start());
   while (!server.finished() && !signals.wanted()) {
     pulse.beat();
-    for (SectorServer::Outgoing& message : server.take_messages())
-      link.send(message.to, std::move(message.payload));
+    send();
     if (!server.work_left()) server.work_while_waiting();
     const std::optional<Nanoseconds> deadline = server.next_deadline();
     const auto until = server.work_left()
@@ -67,20 +71,22 @@ absl::Status serve(DdsLink& link, SectorServer& server, Streams& streams, Server
     for (const NodeId node : link.take_lost_peers()) server.suspect(node, since_start());
     for (Delivery& delivery : deliveries) {
       v1::ClusterMessage message;
-      if (message.ParseFromString(delivery.payload)) {
+      const bool is_read = message.ParseFromString(delivery.payload);
+      std::string().swap(delivery.payload);  // a world may be most of the memory that there is
+      if (is_read) {
         server.receive(delivery.from, std::move(message), since_start());
       } else {
         log_warning(absl::StrCat("a message from node ", absl::Hex(delivery.from.value), " cannot be read"));
       }
     }
+    send();  // whoever asks whether this server is there does not wait for what it does next
     server.proceed(since_start());
     server.advance(since_start());
     metrics.set_joined(server.joined());
     if (TickMachine* machine = server.machine_between_ticks()) streams.publish(server.tick(), *machine, true);
   }
   server.leave("it was asked to shut down");
-  for (SectorServer::Outgoing& message : server.take_messages())
-    link.send(message.to, std::move(message.payload));
+  send();
   return server.finished().value_or(absl::OkStatus());
 }
 
@@ -117,18 +123,21 @@ int run(SectorServerArguments& arguments) {
   }
   Streams streams(arguments.dds.self, [&] { waker.wake(); });
   grpc::ServerBuilder builder;
-  int port = 0;
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   limit_clients(builder, static_cast<int>(kStreamsMax + kThreadsBesideStreams));
-  builder.AddListeningPort(arguments.listen, server_credentials(*keys), &port);
-  builder.RegisterService(&streams);
-  const std::unique_ptr<grpc::Server> edge = builder.BuildAndStart();
-  if (!edge || port == 0) {
-    log_error(absl::StrCat("cannot listen on ", arguments.listen,
-                           ": the address is in use or does not belong to this machine"));
+  absl::StatusOr<std::unique_ptr<GrpcDoor>> door =
+      GrpcDoor::open(arguments.listen, *keys, client_connections_max(raise_open_files_max()), builder);
+  if (!door.ok()) {
+    log_error(door.status().message());
     return 1;
   }
-  arguments.server.stream_address = with_port(arguments.listen, port);
+  builder.RegisterService(&streams);
+  const std::unique_ptr<grpc::Server> edge = builder.BuildAndStart();
+  if (!edge) {
+    log_error("the server of gRPC could not be started");
+    return 1;
+  }
+  arguments.server.stream_address = (*door)->address();
+  (*door)->let_in();
   arguments.server.peak_rss_bytes = [] { return peak_rss_bytes(getpid()); };
   arguments.server.on_load = [&streams](const v1::LoadWorld& load) { streams.begin_world(load); };
   arguments.server.on_new_servers = [&streams](const NewServers& servers) {
@@ -163,6 +172,7 @@ int run(SectorServerArguments& arguments) {
 
   const absl::Status status = serve(**link, *server, streams, metrics, signals, pulse);
   streams.shut_down();
+  door->reset();
   edge->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
   waker.detach();
   if (!status.ok()) {

@@ -10,13 +10,16 @@
 #include "lpss/model/checks.h"
 #include "lpss/model/validate.h"
 #include "lpss/model/world_records.h"
+#include "lpss/observe/contacts.h"
 #include "lpss/observe/load.h"
 #include "lpss/observe/queries.h"
 #include "lpss/observe/state.h"
+#include "lpss/programs/registry.h"
 #include "proto/body_columns.h"
 #include "proto/convert.h"
 #include "proto/snapshot.h"
 #include "proto/wire.h"
+#include "sector_server/contact_message.h"
 
 namespace tessera {
 namespace {
@@ -61,9 +64,15 @@ absl::Status check_way(const v1::Vector3& given, double length) {
   return bounded("length", length, 0, kRayLengthMax, "m");
 }
 
+using Bodies = google::protobuf::RepeatedPtrField<v1::BodyRef>;
+
+absl::Status check_ids(const char* what, const Bodies& bodies) {
+  return ascend(what, bodies, [](const v1::BodyRef& body) { return body.id(); });
+}
+
 template <typename Query>
 absl::Status check_except(const Query& query) {
-  return ascend("bodies to pass through", query.except(), [](const v1::BodyRef& body) { return body.id(); });
+  return check_ids("bodies to pass through", query.except());
 }
 
 absl::Status check_query(const v1::Query& query, double sector_size) {
@@ -85,8 +94,12 @@ absl::Status check_query(const v1::Query& query, double sector_size) {
         return status;
       if (absl::Status status = check_except(query.near()); !status.ok()) return status;
       return bounded("reach", query.near().reach(), 0, kNearReachMax * sector_size, "m");
+    case v1::Query::kContacts:
+      return check_ids("bodies that touch", query.contacts().bodies());
     case v1::Query::kStates:
+    case v1::Query::kJointStates:
     case v1::Query::kHash:
+    case v1::Query::kPrograms:
       return absl::OkStatus();
     default:
       return refused("a query of no kind that servers answer");
@@ -97,13 +110,49 @@ void write_hash(const Partition& partition, v1::PartialResult& part) {
   const WorldHash hash = hash_of(partition);
   part.set_hash_low(hash.low());
   part.set_hash_high(hash.high());
+  const WorldHash programs = program_hash_of(partition);
+  part.set_programs_low(programs.low());
+  part.set_programs_high(programs.high());
+}
+
+void write_numbers(std::span<const double> numbers, std::span<const NumberSpec> table,
+                   google::protobuf::RepeatedPtrField<v1::NamedNumber>& result) {
+  for (std::size_t n = 0; n < numbers.size() && n < table.size(); ++n) {
+    v1::NamedNumber& number = *result.Add();
+    number.set_name(std::string(table[n].name));
+    number.set_value(numbers[n]);
+  }
+}
+
+// Up to one more than are asked for.
+void write_programs(const Partition& partition, const v1::ProgramsQuery& query, v1::FoundPrograms& result) {
+  const auto write = [&](const BodyRecord& body) {
+    for (std::uint32_t place = 0; place < body.programs.size(); ++place) {
+      if (static_cast<std::uint64_t>(result.programs_size()) > query.limit()) return;
+      const ProgramRecord& record = body.programs[place];
+      const Program* const program = find_program(record.kind);
+      if (program == nullptr) continue;
+      v1::FoundPrograms::Found& found = *result.add_programs();
+      found.set_body(body.id.value);
+      found.set_program(place);
+      found.set_kind(record.kind);
+      found.set_fault(record.fault);
+      write_numbers(record.parameters, program->parameters(), *found.mutable_parameters());
+      write_numbers(record.inputs, program->inputs(), *found.mutable_inputs());
+      write_numbers(record.values, program->values(), *found.mutable_values());
+    }
+  };
+  for (const std::uint64_t id : query.ids()) {
+    if (const std::optional<BodyRecord> body = body_of(partition, BodyId{id})) write(*body);
+  }
+  if (query.ids().empty()) for_each_programmed(partition, write);
 }
 
 // Of a query that was checked: bodies are given by ids, ascending.
-template <typename Query>
-std::vector<BodyId> except(const Query& query) {
+std::vector<BodyId> ids_of(const Bodies& bodies) {
   std::vector<BodyId> ids;
-  for (const v1::BodyRef& body : query.except()) ids.push_back(BodyId{body.id()});
+  ids.reserve(static_cast<std::size_t>(bodies.size()));
+  for (const v1::BodyRef& body : bodies) ids.push_back(BodyId{body.id()});
   return ids;
 }
 
@@ -115,7 +164,7 @@ void write_hit(const RayAnswer& hit, v1::RayHits& result) {
 }
 
 void write_hits(Queries& queries, const v1::RayQuery& ray, v1::RayHits& result) {
-  const std::vector<BodyId> passed = except(ray);
+  const std::vector<BodyId> passed = ids_of(ray.except());
   const QueryFilter filter{ray.mask(), passed};
   const WorldPosition origin = from_proto(ray.origin());
   const Eigen::Vector3d direction = from_proto(ray.direction());
@@ -128,14 +177,14 @@ void write_hits(Queries& queries, const v1::RayQuery& ray, v1::RayHits& result) 
 }
 
 void write_touch(Queries& queries, const v1::SweepQuery& sweep, v1::RayHits& result) {
-  const std::vector<BodyId> passed = except(sweep);
+  const std::vector<BodyId> passed = ids_of(sweep.except());
   const auto touch = queries.sweep(checked_probe(sweep.probe()), from_proto(sweep.pose()),
                                    from_proto(sweep.direction()), sweep.length(), {sweep.mask(), passed});
   if (touch) write_hit(*touch, result);
 }
 
 void write_near(Queries& queries, const v1::NearQuery& query, v1::NearBodies& result) {
-  const std::vector<BodyId> passed = except(query);
+  const std::vector<BodyId> passed = ids_of(query.except());
   for (const NearBody& near : queries.bodies_near(checked_probe(query.probe()), from_proto(query.pose()),
                                                   query.reach(), {query.mask(), passed})) {
     v1::NearBodies::Found& body = *result.add_bodies();
@@ -163,6 +212,32 @@ void write_states(const Partition& partition, const v1::StatesQuery& query, v1::
   for (const BodyRecord& body : bodies_of(partition, ids)) writer.add(row_of(body, size));
 }
 
+// What joints gave and bore; the coordinator knows where they are from the states of their bodies.
+void write_loads(const Partition& partition, const v1::JointStatesQuery& query, v1::JointColumns& result) {
+  for (const std::uint64_t id : query.ids()) {
+    const JointRecord* const joint = partition.joints.record(JointId{id});
+    if (joint == nullptr) continue;
+    const int axes = axis_count(joint->properties.type);
+    const JointLoads& loads = joint->loads;
+    result.add_ids(id);
+    result.add_axes(static_cast<std::uint32_t>(axes));
+    result.mutable_efforts()->Add(loads.effort.begin(), loads.effort.begin() + axes);
+    if (!query.reactions()) continue;
+    result.mutable_reactions()->Add(loads.force.begin(), loads.force.end());
+    result.mutable_reactions()->Add(loads.torque.begin(), loads.torque.end());
+  }
+}
+
+void write_contacts(Partition& partition, const v1::ContactsQuery& query, v1::FoundContacts& result) {
+  for (const TouchingPatch& patch : contacts_of(partition, ids_of(query.bodies()))) {
+    if (static_cast<std::uint64_t>(result.contacts_size()) == query.limit())
+      return result.set_truncated(true);
+    v1::Contact& contact = *result.add_contacts();
+    contact = to_proto(patch.a, patch.b, patch);
+    contact.set_phase(v1::Contact::PERSIST);
+  }
+}
+
 void write_part(Partition& partition, Queries& queries, const v1::Query& query, v1::PartialResult& part) {
   switch (query.kind_case()) {
     case v1::Query::kRay:
@@ -171,8 +246,14 @@ void write_part(Partition& partition, Queries& queries, const v1::Query& query, 
       return write_touch(queries, query.sweep(), *part.mutable_result()->mutable_sweep());
     case v1::Query::kNear:
       return write_near(queries, query.near(), *part.mutable_result()->mutable_near());
+    case v1::Query::kJointStates:
+      return write_loads(partition, query.joint_states(), *part.mutable_result()->mutable_joint_states());
+    case v1::Query::kContacts:
+      return write_contacts(partition, query.contacts(), *part.mutable_result()->mutable_contacts());
     case v1::Query::kStates:
       return write_states(partition, query.states(), *part.mutable_result()->mutable_states());
+    case v1::Query::kPrograms:
+      return write_programs(partition, query.programs(), *part.mutable_result()->mutable_programs());
     default:
       return write_hash(partition, part);
   }
@@ -209,7 +290,8 @@ absl::Status QueryAnswers::check(const v1::Question& question) const {
   return absl::OkStatus();
 }
 
-void QueryAnswers::answer(const v1::Question& question, Tick tick, bool with_shared, const TickMeter& meter) {
+void QueryAnswers::answer(const v1::Question& question, Tick tick, bool with_shared, const TickMeter& meter,
+                          const Clock& clock) {
   v1::ClusterMessage message;
   v1::Answer& answer = *message.mutable_answer();
   answer.set_world(world_);
@@ -218,9 +300,30 @@ void QueryAnswers::answer(const v1::Question& question, Tick tick, bool with_sha
   if (question.has_snapshot())
     return answer_with_snapshot(question.snapshot(), std::move(message), with_shared);
   if (question.has_load()) write_load(partition_, question.load().ahead(), meter, *answer.mutable_load());
-  for (const v1::Query& query : question.queries().all())
-    write_part(partition_, queries_, query, *answer.add_results());
+  if (question.has_queries()) answer_queries(question.queries(), clock, answer);
   send_(kCoordinatorNode, message);
+}
+
+// The first query whose bounds are not used up is answered whole, however long that takes.
+void QueryAnswers::answer_queries(const v1::Queries& queries, const Clock& clock, v1::Answer& answer) {
+  queries_.look_for_strays();
+  const Nanoseconds work_max = std::chrono::microseconds(queries.work_us_max());
+  const Nanoseconds before = bounded_work_;
+  const Nanoseconds began = clock();
+  Nanoseconds work{};
+  std::uint64_t bytes = 0;
+  for (const v1::Query& query : queries.all()) {
+    if (work_max > Nanoseconds::zero() && before + work >= work_max) answer.set_excess(v1::Answer::WORK);
+    if (queries.bytes_max() > 0 && bytes > queries.bytes_max()) answer.set_excess(v1::Answer::BYTES);
+    if (answer.excess() != v1::Answer::NONE) break;
+    v1::PartialResult& part = *answer.add_results();
+    write_part(partition_, queries_, query, part);
+    bytes += part.ByteSizeLong();
+    work = clock() - began;
+  }
+  if (answer.excess() != v1::Answer::NONE) answer.clear_results();
+  if (work_max > Nanoseconds::zero()) bounded_work_ += work;
+  answer.set_work_us(static_cast<std::uint64_t>(work / std::chrono::microseconds(1)));
 }
 
 // In answers of about the size of a chunk.

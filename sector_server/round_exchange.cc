@@ -39,7 +39,7 @@ void RoundExchange::change_nodes(std::vector<NodeId> nodes) {
 }
 
 void RoundExchange::welcome(NodeId guest) {
-  if (is_in(guests_, guest)) return;
+  if (is_in(nodes_, guest) || is_in(guests_, guest)) return;
   if (guests_.size() == kServersMax) guests_.erase(guests_.begin());
   guests_.push_back(guest);
 }
@@ -94,6 +94,16 @@ bool RoundExchange::has_all(const Round& round, const Key& key) const {
     if (inbox == inboxes_.end() || !inbox->second.contains(nodes_[rank].value)) return false;
   }
   return true;
+}
+
+std::vector<NodeId> RoundExchange::missing(const Round& round, const Key& key) const {
+  const auto inbox = inboxes_.find(key);
+  std::vector<NodeId> nodes;
+  for (Rank rank = 0; rank < nodes_.size(); ++rank) {
+    if (rank == self_ || !round.from[rank]) continue;
+    if (inbox == inboxes_.end() || !inbox->second.contains(nodes_[rank].value)) nodes.push_back(nodes_[rank]);
+  }
+  return nodes;
 }
 
 absl::StatusOr<std::vector<std::optional<RoundMessage>>> RoundExchange::collect(Round& round, const Key& key,

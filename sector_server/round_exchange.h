@@ -59,6 +59,8 @@ class RoundExchange {
   void send(const Round& round, const Key& key);
   // Whether all messages that the round waits for have arrived.
   bool has_all(const Round& round, const Key& key) const;
+  // From whom they have not.
+  std::vector<NodeId> missing(const Round& round, const Key& key) const;
   // These, by rank, with the own one, once it has; errors for those that cannot be read, or that `machine`
   // does not wait for.
   absl::StatusOr<std::vector<std::optional<RoundMessage>>> collect(Round& round, const Key& key,

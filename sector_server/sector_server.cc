@@ -24,6 +24,9 @@ constexpr std::chrono::milliseconds kMeasureMemoryEvery(500);
 // What protobuf serialises: a larger message would be sent as an empty one.
 constexpr std::size_t kClusterMessageBytesMax = std::numeric_limits<std::int32_t>::max();
 
+// How often it says so while it does not hear the coordinator, which counts the time.
+constexpr std::chrono::milliseconds kDeafEvery(100);
+
 // How often a server says hello until it is welcome: the coordinator that heard it may be lost.
 constexpr std::chrono::seconds kHelloEvery(1);
 
@@ -52,7 +55,8 @@ class SectorServer::Impl {
           Severity::kWarning);
       return;
     }
-    if (from == kCoordinatorNode) coordinator_deadline_.reset();
+    if (from != kCoordinatorNode) probes_.heard(from);
+    const bool was_deaf = from == kCoordinatorNode && std::exchange(coordinator_deadline_, std::nullopt);
     switch (message.kind_case()) {
       case Kind::kWelcome:
         if (!heartbeat_) log("the coordinator has accepted this server");
@@ -69,7 +73,7 @@ class SectorServer::Impl {
             absl::StrCat("the coordinator refused this server: ", message.refusal().reason())));
         break;
       case Kind::kLoadWorld:
-        load(message.load_world());
+        load(*message.mutable_load_world());
         break;
       case Kind::kUnloadWorld:
         if (run_ && run_->world() == message.unload_world().world()) {
@@ -91,6 +95,7 @@ class SectorServer::Impl {
       default:
         log("the coordinator sent a message that is not meant for sector servers", Severity::kWarning);
     }
+    if (was_deaf) next_heartbeat_ = now;  // the coordinator is to know at once
   }
 
   bool work_left() const { return !finished_ && run_ && run_->ready(); }
@@ -134,15 +139,18 @@ class SectorServer::Impl {
         report(now);
       }
     }
+    if (heartbeat_ && now >= next_look_) look_for_peers(now);
     if (heartbeat_ && now >= next_heartbeat_) report(now);
   }
 
   // A coordinator that has only stalled answers the hello once it continues.
   void suspect(NodeId node, Nanoseconds now) {
-    if (node != kCoordinatorNode || !heartbeat_ || coordinator_deadline_) return;
+    if (node != kCoordinatorNode) return probes_.lost(node);
+    if (!heartbeat_ || coordinator_deadline_) return;
     coordinator_deadline_ = now + options_.coordinator_timeout;
     log("the coordinator is not responding", Severity::kWarning);
     say_hello(now);
+    report(now);  // which may reach it all the same
   }
 
   void leave(const std::string& reason) {
@@ -153,8 +161,10 @@ class SectorServer::Impl {
 
   std::optional<Nanoseconds> next_deadline() const {
     if (!heartbeat_) return std::min(join_deadline_, next_hello_);
-    if (!coordinator_deadline_) return next_heartbeat_;
-    return std::min({next_heartbeat_, *coordinator_deadline_, next_hello_});
+    Nanoseconds next = next_heartbeat_;
+    if (awaits_peers() || awaits_links()) next = std::min(next, next_look_);
+    if (!coordinator_deadline_) return next;
+    return std::min({next, *coordinator_deadline_, next_hello_});
   }
 
   TickMachine* machine_between_ticks() {
@@ -230,7 +240,7 @@ class SectorServer::Impl {
     if (!status.ok()) say_goodbye(std::string(status.message()));
   }
 
-  void load(const v1::LoadWorld& world) {
+  void load(v1::LoadWorld& world) {
     if (world.world() <= newest()) return;  // a later one has overtaken it
     run_.reset();
     absl::StatusOr<std::unique_ptr<WorldRun>> run =
@@ -275,6 +285,8 @@ class SectorServer::Impl {
     }
   }
 
+  bool awaits_links() const { return run_ && run_->is_guest() && !unanswered_.empty(); }
+
   void on_greeting(NodeId from, const v1::Greeting& greeting) {
     if (!run_ || run_->world() != greeting.world()) return;  // one that has been given up
     if (!greeting.is_answer()) {
@@ -285,6 +297,17 @@ class SectorServer::Impl {
     v1::ClusterMessage message;
     message.mutable_loaded()->set_world(run_->world());
     send(kCoordinatorNode, message);
+  }
+
+  // Asks those that this server has waited for, and tells the coordinator who does not answer.
+  void look_for_peers(Nanoseconds now) {
+    next_look_ = now + PeerProbes::kEvery;
+    std::optional<PeerProbes::Wait> wait;
+    if (run_) wait = run_->awaited();
+    if (awaits_links()) wait = {.round = {}, .peers = {unanswered_.begin(), unanswered_.end()}, .others = {}};
+    const bool any_before = probes_.any_unheard();
+    for (const NodeId peer : probes_.look(wait)) send_greeting(peer, false);
+    if (any_before || probes_.any_unheard()) report(now);
   }
 
   // Its sectors are at others, which do not wait for it any more.
@@ -343,9 +366,13 @@ class SectorServer::Impl {
       next_measurement_ = now + kMeasureMemoryEvery;
     }
     report.set_peak_rss_bytes(peak_rss_bytes_);
+    report.set_deaf(coordinator_deadline_.has_value());
+    probes_.write(report);
     if (subscriptions_) *report.mutable_subscriptions() = *std::exchange(subscriptions_, std::nullopt);
     send(kCoordinatorNode, message);
-    if (heartbeat_) next_heartbeat_ = now + *heartbeat_;
+    if (!heartbeat_) return;
+    next_heartbeat_ = now + *heartbeat_;
+    if (coordinator_deadline_) next_heartbeat_ = std::min(next_heartbeat_, now + kDeafEvery);
   }
 
   SectorServerOptions options_;
@@ -362,6 +389,8 @@ class SectorServer::Impl {
   std::uint64_t peak_rss_bytes_ = 0;
   std::optional<v1::Subscriptions> subscriptions_;  // to be reported
   std::unique_ptr<WorldRun> run_;
+  PeerProbes probes_;
+  Nanoseconds next_look_{};
   std::set<NodeId> unanswered_;  // servers of a guest's world that have yet to answer its greeting
   std::uint64_t last_unloaded_ = 0;
   std::vector<std::pair<NodeId, v1::ClusterMessage>> early_;

@@ -213,6 +213,18 @@ TEST_F(LostCoordinator, IsBackWithAnyMessageOfItsOwn) {
   EXPECT_TRUE(server_.machine.joined());
 }
 
+TEST_F(LostCoordinator, IsToldThatItIsNotHeardAndThatItIsAgain) {
+  server_.suspect(kCoordinatorNode);
+  auto reports = server_.take(Kind::kReport);
+  ASSERT_EQ(reports.size(), 1u);
+  EXPECT_TRUE(reports[0].report().deaf());
+  server_.welcome(500);
+  server_.advance(milliseconds(0));
+  reports = server_.take(Kind::kReport);
+  ASSERT_EQ(reports.size(), 1u);
+  EXPECT_FALSE(reports[0].report().deaf());
+}
+
 TEST_F(LostCoordinator, IsNotBackWithAMessageOfAPeer) {
   server_.suspect(kCoordinatorNode);
   v1::ClusterMessage round;

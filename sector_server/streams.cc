@@ -1,7 +1,7 @@
 #include "sector_server/streams.h"
 
-#include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
+#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,7 +11,10 @@
 #include "lpss/tick/events.h"
 #include "proto/convert.h"
 #include "proto/status.h"
+#include "proto/stream_limits.h"
+#include "sector_server/contact_message.h"
 #include "sector_server/watched_box.h"
+#include "sector_server/watched_contacts.h"
 
 namespace tessera {
 namespace {
@@ -24,6 +27,13 @@ constexpr std::chrono::seconds kUnclaimedMax(10);
 
 // How long a client that fell behind has to take its last batch, and the reason why there are no more.
 constexpr std::chrono::seconds kFarewellMax(30);
+
+// That this thread has had on a processor.
+std::chrono::nanoseconds thread_time() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
 
 std::size_t bytes_of(const google::protobuf::Message& batch) { return batch.SpaceUsedLong(); }
 
@@ -56,6 +66,19 @@ v1::Contact::Phase phase_of(ContactPhase phase) {
   return v1::Contact::BEGIN;
 }
 
+template <typename Request>
+int watched_ids_of(const Request& request) {
+  if constexpr (requires { request.ids_size(); }) return request.ids_size();
+  return 0;
+}
+
+template <typename Request>
+absl::Status check_ids(const Request& request) {
+  if (request.ids_size() <= kWatchedIdsMax) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("ids: ", request.ids_size(), " must be at most ", kWatchedIdsMax));
+}
+
 }  // namespace
 
 template <typename Batch>
@@ -69,26 +92,20 @@ Batch Streams::batch_of(Tick tick, bool is_first) const {
 }
 
 v1::ContactBatch Streams::contacts_for(const v1::WatchContactsRequest& request, Tick tick,
-                                       const std::vector<ContactEvent>& events) const {
+                                       const TickMachine& machine) const {
   auto batch = batch_of<v1::ContactBatch>(tick);
-  const absl::flat_hash_set<std::uint64_t> ids(request.ids().begin(), request.ids().end());
-  for (const ContactEvent& event : events) {
-    if (event.phase == ContactPhase::kPersist && !request.persisting()) continue;
-    if (!ids.empty() && !ids.contains(event.a.value) && !ids.contains(event.b.value)) continue;
+  const WatchedContacts watched(request);
+  for (const ContactEvent* found : watched.among(machine.contact_events(), machine.partition())) {
+    const ContactEvent& event = *found;
     v1::Contact& contact = *batch.add_contacts();
-    contact.set_phase(phase_of(event.phase));
-    contact.set_a(event.a.value);
-    contact.set_b(event.b.value);
-    if (event.phase == ContactPhase::kEnd) continue;
-    *contact.mutable_position() = to_proto(event.position);
-    *contact.mutable_normal() = to_proto(Eigen::Vector3d(event.normal.data()));
-    contact.set_impulse(event.impulse);
-    *contact.mutable_friction() = to_proto(Eigen::Vector3d(event.friction.data()));
-    for (const TouchingPoint& point : event.points) {
-      for (const double coordinate : point.position) contact.add_points(coordinate);
-      contact.add_depths(point.depth);
-      contact.add_impulses(point.impulse);
+    if (event.phase == ContactPhase::kEnd || event.trigger) {
+      contact.set_a(event.a.value);
+      contact.set_b(event.b.value);
+      contact.set_trigger(event.trigger);
+    } else {
+      contact = to_proto(event.a, event.b, event);
     }
+    contact.set_phase(phase_of(event.phase));
   }
   return batch;
 }
@@ -205,9 +222,10 @@ void Streams::keep_limits() {
   std::size_t bytes = 0;
   for_each_list([&](const auto& list) {
     for (const auto& subscription : list) {
-      bytes += subscription->bytes();
       const auto since = subscription->overrun_since();
-      if (since && now - *since >= kFarewellMax && subscription->cancel) subscription->cancel();
+      if (!since) bytes += subscription->bytes();
+      const bool takes_nothing = since ? now - *since >= kFarewellMax : subscription->is_stuck(now);
+      if (takes_nothing && subscription->cancel) subscription->cancel();
     }
   });
   while (bytes > kAllStreamsBytesMax) {
@@ -215,9 +233,13 @@ void Streams::keep_limits() {
     std::function<void()> drop_fullest;
     for_each_list([&](const auto& list) {
       for (const auto& subscription : list) {
-        if (subscription->bytes() <= most) continue;
+        if (subscription->overrun_since() || subscription->bytes() <= most) continue;
         most = subscription->bytes();
-        drop_fullest = [subscription, now] { subscription->drop(now); };
+        // What is on its way to the client is freed only with the call.
+        drop_fullest = [subscription, now] {
+          subscription->drop(now);
+          if (subscription->bytes() > 0 && subscription->cancel) subscription->cancel();
+        };
       }
     });
     if (!drop_fullest) return;
@@ -239,38 +261,54 @@ std::optional<v1::Subscriptions> Streams::changed_subscriptions() {
   return subscriptions;
 }
 
-// Whether a subscription of states is to get those of a tick, which it then has.
+// Whether a subscription of states is to get those of a tick.
 template <typename S>
-bool Streams::is_due(S& subscription, Tick tick, bool new_only) {
+bool Streams::is_wanted(const S& subscription, Tick tick, bool new_only) {
   const std::uint64_t every =
       std::max<std::uint64_t>(subscription.request().every_ticks(), 1) * subscription.thinning();
-  const bool is_wanted = new_only ? !subscription.served : tick % every == 0;
-  subscription.served |= is_wanted;
-  return is_wanted;
+  return new_only ? !subscription.served : tick % every == 0;
 }
 
 void Streams::publish_bodies(Tick tick, Partition& partition, bool new_only) {
   if (bodies_.empty()) return body_changes_.forget();
   const auto is_new = [](const auto& subscription) { return !subscription->served; };
   if (new_only && std::none_of(bodies_.begin(), bodies_.end(), is_new)) return;
+  const std::chrono::nanoseconds start = thread_time();
   body_changes_.look(partition);
-  std::uint64_t all_told = body_changes_.looks();
-  for (const std::shared_ptr<Bodies>& subscription : bodies_) {
-    ToldBodies& told = subscription->told;
-    if (is_due(*subscription, tick, new_only)) {
-      BodySnapshot news = told.news(partition, body_changes_, subscription->spare());
-      news.tick = tick;
-      news.source = source_;
-      const std::size_t bytes = bytes_of(news);
-      const auto now = std::chrono::steady_clock::now();
-      if (subscription->admit_state(bytes, now)) {
-        told.told(news);
-        subscription->push(std::move(news), bytes);
-      }
+  bool has_time = true;
+  auto next = bodies_.begin();
+  for (std::size_t left = bodies_.size(); left > 0; --left) {
+    const auto here = next++;
+    Bodies& subscription = **here;
+    if (!is_wanted(subscription, tick, new_only)) continue;
+    if (!has_time) {
+      if (!new_only) subscription.leave_out();
+      continue;
     }
-    all_told = std::min(all_told, told.until().value_or(all_told));
+    subscription.served = true;
+    publish_bodies(tick, partition, subscription);
+    bodies_.splice(bodies_.end(), bodies_, here);  // others come first the next time
+    has_time = thread_time() - start < kPublishMax;
   }
+  std::uint64_t all_told = body_changes_.looks();
+  for (const std::shared_ptr<Bodies>& subscription : bodies_)
+    all_told = std::min(all_told, subscription->told.until().value_or(all_told));
   body_changes_.drop_until(all_told);
+  if (new_only && !has_time) wake_();
+}
+
+void Streams::publish_bodies(Tick tick, const Partition& partition, Bodies& subscription) {
+  const auto now = std::chrono::steady_clock::now();
+  StreamBudget& budget = subscription.budget;
+  BodySnapshot news =
+      subscription.told.news(partition, body_changes_, subscription.spare(), budget.bodies(now));
+  news.tick = tick;
+  news.source = source_;
+  const std::size_t bytes = bytes_of(news);
+  if (!subscription.admit_state(bytes, now)) return;
+  subscription.told.told(news);
+  news.reserved = budget.reserve(news.bodies.size());
+  subscription.push(std::move(news), bytes);
 }
 
 void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
@@ -279,7 +317,8 @@ void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
   drop_unclaimed();
   publish_bodies(tick, machine.partition(), new_only);
   for (const std::shared_ptr<Seams>& subscription : seams_) {
-    if (!is_due(*subscription, tick, new_only)) continue;
+    if (!is_wanted(*subscription, tick, new_only)) continue;
+    subscription->served = true;
     auto batch = seams_for(subscription->request(), tick, partition);
     const std::size_t bytes = bytes_of(batch);
     subscription->push_state(std::move(batch), bytes, std::chrono::steady_clock::now());
@@ -288,7 +327,7 @@ void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
     // The first batch only states the tick from which on the stream is complete.
     const bool counts = subscription->served && !new_only;
     if (!counts && subscription->served) continue;
-    auto batch = counts ? contacts_for(subscription->request(), tick, machine.contact_events())
+    auto batch = counts ? contacts_for(subscription->request(), tick, machine)
                         : batch_of<v1::ContactBatch>(tick, /*is_first=*/true);
     const std::size_t bytes = bytes_of(batch);
     subscription->push(std::move(batch), bytes);
@@ -326,6 +365,15 @@ absl::StatusOr<std::shared_ptr<S>> Streams::claim(List<S>& list, const Request& 
     return absl::ResourceExhaustedError(
         absl::StrCat("the server has ", streams, " streams already, which is the maximum"));
   }
+  std::int64_t ids = watched_ids_of(request);
+  for_each_list([&](const auto& other) {
+    for (const auto& known : other) ids += watched_ids_of(known->request());
+  });
+  if (watched_ids_of(request) > 0 && ids > kAllWatchedIdsMax) {
+    return absl::ResourceExhaustedError(absl::StrCat("ids: with these ", watched_ids_of(request),
+                                                     ", the streams of the server would have more than ",
+                                                     kAllWatchedIdsMax));
+  }
   changed_ = true;
   const std::shared_ptr<S>& added = list.emplace_back(std::make_shared<S>(request));
   added->cancel = std::move(cancel);
@@ -342,7 +390,7 @@ grpc::Status Streams::serve(List<S>& list, grpc::ServerContext* context, const R
   while (subscription->alive() && !context->IsCancelled()) {
     auto batch = subscription->next(kPatience);
     if (!batch) continue;
-    if (!send(*batch)) break;
+    if (!send(*subscription, *batch)) break;
     subscription->take_back(*std::move(batch));
   }
   bool closing = false;
@@ -364,30 +412,39 @@ grpc::Status Streams::serve(List<S>& list, grpc::ServerContext* context, const R
 grpc::Status Streams::WatchBodies(grpc::ServerContext* context, const v1::WatchBodiesRequest* request,
                                   grpc::ServerWriter<v1::BodyBatch>* writer) {
   if (const auto precision = precision_of(*request); !precision.ok()) return to_grpc(precision.status());
+  if (absl::Status status = check_ids(*request); !status.ok()) return to_grpc(status);
+  if (absl::Status status = check_budget(*request); !status.ok()) return to_grpc(status);
   BodyBatches batches(*request);
-  v1::BodyBatch batch;  // reused for all batches, with its memory
-  return serve(bodies_, context, *request, [&](const BodySnapshot& snapshot) {
+  v1::BodyBatch batch;  // reused for all batches, with its memory, unless they are large
+  return serve(bodies_, context, *request, [&](Bodies& subscription, const BodySnapshot& snapshot) {
     batches.write(snapshot, node_, batch);
-    return writer->Write(batch);
+    const std::size_t bytes = batch.ByteSizeLong();
+    subscription.budget.sent(snapshot.reserved, bytes, snapshot.bodies.size());
+    const bool goes_on = writer->Write(batch);
+    if (bytes > kKeptBytesMax) batch = v1::BodyBatch();
+    return goes_on;
   });
 }
 
 grpc::Status Streams::WatchContacts(grpc::ServerContext* context, const v1::WatchContactsRequest* request,
                                     grpc::ServerWriter<v1::ContactBatch>* writer) {
+  if (absl::Status status = check_ids(*request); !status.ok()) return to_grpc(status);
+  if (absl::Status status = check_contacts(*request); !status.ok()) return to_grpc(status);
   return serve(contacts_, context, *request,
-               [&](const v1::ContactBatch& batch) { return writer->Write(batch); });
+               [&](const Contacts&, const v1::ContactBatch& batch) { return writer->Write(batch); });
 }
 
 grpc::Status Streams::WatchSeams(grpc::ServerContext* context, const v1::WatchSeamsRequest* request,
                                  grpc::ServerWriter<v1::SeamBatch>* writer) {
-  return serve(seams_, context, *request, [&](const v1::SeamBatch& batch) { return writer->Write(batch); });
+  return serve(seams_, context, *request,
+               [&](const Seams&, const v1::SeamBatch& batch) { return writer->Write(batch); });
 }
 
 grpc::Status Streams::WatchDivergences(grpc::ServerContext* context,
                                        const v1::WatchDivergencesRequest* request,
                                        grpc::ServerWriter<v1::DivergenceBatch>* writer) {
   return serve(divergences_, context, *request,
-               [&](const v1::DivergenceBatch& batch) { return writer->Write(batch); });
+               [&](const Divergences&, const v1::DivergenceBatch& batch) { return writer->Write(batch); });
 }
 
 void Streams::shut_down() {

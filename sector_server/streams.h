@@ -15,6 +15,7 @@
 #include "lpss/tick/tick_machine.h"
 #include "sector_server/body_snapshot.h"
 #include "sector_server/sector_server.h"
+#include "sector_server/stream_budget.h"
 #include "sector_server/subscription.h"
 #include "sector_server/told_bodies.h"
 #include "tessera.grpc.pb.h"
@@ -61,9 +62,11 @@ class Streams final : public v1::Streams::Service {
 
  private:
   struct Bodies : Subscription<v1::WatchBodiesRequest, BodySnapshot> {
-    explicit Bodies(const v1::WatchBodiesRequest& request) : Subscription(request), told(request) {}
+    explicit Bodies(const v1::WatchBodiesRequest& request)
+        : Subscription(request), told(request), budget(request.bytes_per_second(), Time::clock::now()) {}
 
     ToldBodies told;  // of the thread that publishes
+    StreamBudget budget;
   };
   using Contacts = Subscription<v1::WatchContactsRequest, v1::ContactBatch>;
   using Seams = Subscription<v1::WatchSeamsRequest, v1::SeamBatch>;
@@ -85,15 +88,16 @@ class Streams final : public v1::Streams::Service {
   void drop_unclaimed();
   void keep_limits();
   template <typename S>
-  static bool is_due(S& subscription, Tick tick, bool new_only);
+  static bool is_wanted(const S& subscription, Tick tick, bool new_only);
   void publish_bodies(Tick tick, Partition& partition, bool new_only);
+  void publish_bodies(Tick tick, const Partition& partition, Bodies& subscription);
 
   v1::DivergenceBatch divergences_in(Tick tick, const std::vector<Divergence>& divergences) const;
   v1::SeamBatch seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Partition& partition) const;
   v1::ContactBatch contacts_for(const v1::WatchContactsRequest& request, Tick tick,
-                                const std::vector<ContactEvent>& events) const;
+                                const TickMachine& machine) const;
 
-  // `send` writes one batch of the subscription, and returns whether the client still accepts batches.
+  // `send` writes one batch of a subscription, and returns whether the client still accepts batches.
   template <typename S, typename Request, typename Send>
   grpc::Status serve(List<S>& list, grpc::ServerContext* context, const Request& request, const Send& send);
 

@@ -21,8 +21,18 @@ inline constexpr std::size_t kStreamBytesMax = std::size_t{64} << 20;
 inline constexpr std::size_t kStreamBatchesMax = 4096;
 inline constexpr std::size_t kStreamsMax = 1024;  // each has a thread
 inline constexpr std::size_t kAllStreamsBytesMax = std::size_t{1} << 30;
+// What a tick may take for states of bodies, in time of its thread; and for one stream at least. Others then
+// get fewer.
+inline constexpr std::chrono::milliseconds kPublishMax{10};
 // A client that does not keep up gets one of at most so many states.
 inline constexpr std::uint64_t kThinningMax = 64;
+// The memory of larger batches is not kept for the next ones: other streams may need it.
+inline constexpr std::size_t kKeptBytesMax = 256 << 10;
+// What is on its way to a client: as it was queued, as a message, and as bytes.
+inline constexpr std::size_t kCopiesOnTheWay = 3;
+// A batch on its way has so long, and as much longer as it takes at the slowest rate of a connection.
+inline constexpr std::chrono::seconds kPieceMax{30};
+inline constexpr std::size_t kBytesPerSecondSlowest = 64 << 10;
 // A client that takes nothing for so long, while its queue is full, is disconnected.
 inline constexpr std::chrono::seconds kStalledMax{10};
 
@@ -64,6 +74,11 @@ class Subscription {
   void push_state(Batch batch, std::size_t bytes, Time now) {
     if (admit_state(bytes, now)) push(std::move(batch), bytes);
   }
+  // A state that was wanted was left out: there was no time for it.
+  void leave_out() {
+    const std::lock_guard lock(mutex_);
+    thinning_ = std::min(2 * thinning_, kThinningMax);
+  }
   // Only states of ticks that are multiples of this are wanted: a power of two, so that several servers leave
   // out the same ones.
   std::uint64_t thinning() const {
@@ -71,10 +86,17 @@ class Subscription {
     return thinning_;
   }
 
-  // What waits for the client, in memory.
+  // What waits for the client, and what is on its way to it, in memory.
   std::size_t bytes() const {
     const std::lock_guard lock(mutex_);
-    return bytes_;
+    return bytes_ + kCopiesOnTheWay * bytes_on_the_way_;
+  }
+  // Whether the client has not read what is on its way to it in the time that it has for that.
+  bool is_stuck(Time now) const {
+    const std::lock_guard lock(mutex_);
+    if (!on_the_way_since_) return false;
+    return now - *on_the_way_since_ >=
+           kPieceMax + std::chrono::seconds(bytes_on_the_way_ / kBytesPerSecondSlowest);
   }
 
   void close() {
@@ -100,14 +122,19 @@ class Subscription {
     if (batches_.empty()) return std::nullopt;
     Batch batch = std::move(batches_.front().batch);
     bytes_ -= batches_.front().bytes;
+    bytes_on_the_way_ = batches_.front().bytes;
     batches_.pop_front();
     last_taken_ = Time::clock::now();
+    on_the_way_since_ = last_taken_;
     return batch;
   }
-  // Returns a batch of next() that is no longer needed; its memory is reused.
+  // Returns a batch of next(), which has been sent; its memory is reused, unless that is large.
   void take_back(Batch batch) {
     const std::lock_guard lock(mutex_);
-    if (spare_.size() < kSpareMax) spare_.push_back(std::move(batch));
+    const bool is_large = bytes_on_the_way_ > kKeptBytesMax;
+    bytes_on_the_way_ = 0;
+    on_the_way_since_.reset();
+    if (!is_large && spare_.size() < kSpareMax) spare_.push_back(std::move(batch));
   }
   // Such a batch, with its old contents, or else an empty one.
   Batch spare() {
@@ -154,7 +181,9 @@ class Subscription {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Queued> batches_;
-  std::size_t bytes_ = 0;  // of the batches
+  std::size_t bytes_ = 0;             // of the batches
+  std::size_t bytes_on_the_way_ = 0;  // of the last one from next(), until it is taken back
+  std::optional<Time> on_the_way_since_;
   std::vector<Batch> spare_;
   std::uint64_t thinning_ = 1;
   Time last_taken_ = Time::clock::now();

@@ -61,6 +61,38 @@ TEST(Subscription, NeverLeavesOutAnEvent) {
   EXPECT_TRUE(queue.overrun_since());
 }
 
+TEST(Subscription, KeepsNoMemoryOfLargeBatches) {
+  for (const std::size_t bytes : {kKeptBytesMax, kKeptBytesMax + 1}) {
+    Numbers queue(0);
+    queue.push(7, bytes);
+    queue.take_back(*queue.next(0ms));
+    EXPECT_EQ(queue.spare(), bytes == kKeptBytesMax ? 7u : 0u);
+  }
+}
+
+// A thread that sends is with a batch for as long as its client does not read.
+TEST(Subscription, CountsWhatIsOnItsWay) {
+  Numbers queue(0);
+  queue.push(1, kLarge);
+  queue.push(2, 1);
+  EXPECT_EQ(queue.next(0ms), 1u);
+  EXPECT_EQ(queue.bytes(), 1 + kCopiesOnTheWay * kLarge);
+  queue.take_back(1);
+  EXPECT_EQ(queue.bytes(), 1u);
+}
+
+TEST(Subscription, IsStuckWhereTheClientDoesNotReadABatch) {
+  Numbers queue(0);
+  const auto later = [](std::chrono::seconds time) { return Numbers::Time::clock::now() + time; };
+  queue.push(1, 10 * kBytesPerSecondSlowest);
+  EXPECT_FALSE(queue.is_stuck(later(1h))) << "nothing is on its way";
+  EXPECT_EQ(queue.next(0ms), 1u);
+  EXPECT_FALSE(queue.is_stuck(later(kPieceMax)));
+  EXPECT_TRUE(queue.is_stuck(later(kPieceMax + 11s)));
+  queue.take_back(1);
+  EXPECT_FALSE(queue.is_stuck(later(1h)));
+}
+
 TEST(Subscription, HasRoomForOneBatchOfAnySize) {
   Numbers queue(0);
   queue.push(7, 100 * kStreamBytesMax);

@@ -1,12 +1,17 @@
 #include "sector_server/told_bodies.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "lpss/model/world_records.h"
 #include "sector_server/watched_box.h"
 
 namespace tessera {
 namespace {
+
+// The priority of a body that is new to the stream, in batches at the centre of the region.
+constexpr double kHeadStart = 8;
 
 // A static body is told by the server that hosts its sector, because all servers know it.
 const BodyRecord* hosted_static(const Partition& partition, BodyId id) {
@@ -48,6 +53,9 @@ class ToldBodies::Search {
   void lose(BodyId id) {
     if (told_.knows(id)) found_.gone.push_back(id);
   }
+  double nearness(const BodySnapshot::Body& body) const {
+    return box_.nearness({body.home, Eigen::Vector3d(body.state.position.data())});
+  }
 
  private:
   const ToldBodies& told_;
@@ -57,14 +65,18 @@ class ToldBodies::Search {
 
 ToldBodies::ToldBodies(const v1::WatchBodiesRequest& request) : request_(request), ids_(ids_in(request)) {}
 
-BodySnapshot ToldBodies::news(const Partition& partition, const BodyChanges& changes, BodySnapshot snapshot) {
+BodySnapshot ToldBodies::news(const Partition& partition, const BodyChanges& changes, BodySnapshot snapshot,
+                              std::size_t bodies_max) {
   snapshot.sector_size = partition.sector_size();
   snapshot.bodies.clear();
   snapshot.gone.clear();
   snapshot.whole = !until_ || !changes.knows_since(*until_);
   look_ = changes.looks();
   next_statics_.reset();
-  if (snapshot.whole) told_.clear();
+  if (snapshot.whole) {
+    told_.clear();
+    waiting_.clear();
+  }
   Search search(*this, snapshot.sector_size, snapshot);
   if (snapshot.whole) {
     find_all(partition, search);
@@ -72,6 +84,8 @@ BodySnapshot ToldBodies::news(const Partition& partition, const BodyChanges& cha
     find_changed(partition, changes, search);
   }
   if (!ids_.empty() && !request_.only_awake()) find_statics(partition, snapshot.whole, search);
+  if (!waiting_.empty()) find_waiting(partition, snapshot, search);
+  choose(bodies_max, search, snapshot);
   std::sort(snapshot.gone.begin(), snapshot.gone.end());
   snapshot.gone.erase(std::unique(snapshot.gone.begin(), snapshot.gone.end()), snapshot.gone.end());
   return snapshot;
@@ -135,8 +149,49 @@ void ToldBodies::find_statics(const Partition& partition, bool all, Search& sear
   }
 }
 
+// Those that have not changed again since.
+void ToldBodies::find_waiting(const Partition& partition, const BodySnapshot& found, Search& search) const {
+  absl::flat_hash_set<BodyId> known;
+  for (const BodySnapshot::Body& body : found.bodies) known.insert(body.id);
+  for (const auto& [id, priority] : waiting_) {
+    if (known.contains(id)) continue;
+    if (const std::optional<BodyRecord> record = body_of(partition, id)) {
+      search.look_at(view_of(*record));
+    } else if (const BodyRecord* fixed = hosted_static(partition, id)) {
+      search.look_at(view_of(*fixed));
+    }
+  }
+}
+
+void ToldBodies::choose(std::size_t bodies_max, const Search& search, BodySnapshot& found) {
+  next_waiting_.clear();
+  found.deferred = 0;
+  if (found.bodies.size() <= bodies_max) return;
+  std::vector<std::pair<double, std::size_t>> order;
+  order.reserve(found.bodies.size());
+  for (const BodySnapshot::Body& body : found.bodies) {
+    const auto before = waiting_.find(body.id);
+    const bool is_new = before == waiting_.end();
+    // One that comes from another server, which does not tell of it any more, is not to be missed for long.
+    const double waited = !is_new ? before->second : !found.whole && !knows(body.id) ? kHeadStart : 0;
+    order.emplace_back(waited + search.nearness(body), order.size());
+  }
+  const auto is_first = [&](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : found.bodies[a.second].id < found.bodies[b.second].id;
+  };
+  const auto last = order.begin() + static_cast<std::ptrdiff_t>(bodies_max);
+  std::nth_element(order.begin(), last, order.end(), is_first);
+  for (auto rest = last; rest != order.end(); ++rest)
+    next_waiting_.emplace(found.bodies[rest->second].id, rest->first);
+  std::erase_if(found.bodies,
+                [this](const BodySnapshot::Body& body) { return next_waiting_.contains(body.id); });
+  found.deferred = next_waiting_.size();
+}
+
 void ToldBodies::told(const BodySnapshot& news) {
   until_ = look_;
+  waiting_ = std::move(next_waiting_);
+  next_waiting_.clear();
   if (next_statics_) statics_ = *std::move(next_statics_);
   next_statics_.reset();
   for (const BodySnapshot::Body& body : news.bodies) told_.insert(body.id);

@@ -5,7 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <deque>
+#include <limits>
 #include <map>
 #include <ostream>
 #include <random>
@@ -28,7 +31,10 @@ struct StreamCase {
   const char* name;
   std::uint32_t servers;
   v1::WatchBodiesRequest request;
-  bool drops = false;  // some news find no room
+  bool drops = false;                                                // some news find no room
+  std::size_t bodies_max = std::numeric_limits<std::size_t>::max();  // in a batch
+
+  bool is_limited() const { return bodies_max < kBodies; }
 
   friend void PrintTo(const StreamCase& given, std::ostream* out) { *out << given.name; }
 };
@@ -127,9 +133,11 @@ class ToldWorld : public testing::TestWithParam<StreamCase> {
   // The batch of a server; nothing where it does not find room.
   std::optional<BodyNews> batch(Rank rank, Tick tick) {
     const Partition& partition = cluster_->partition(rank);
-    BodySnapshot snapshot = told_[rank].news(partition, changes_[rank], {});
+    BodySnapshot snapshot = told_[rank].news(partition, changes_[rank], {}, GetParam().bodies_max);
+    EXPECT_LE(snapshot.bodies.size(), GetParam().bodies_max);
     if (GetParam().drops && random_() % 3 == 0) return std::nullopt;
     told_[rank].told(snapshot);
+    deferred_ += snapshot.deferred;
     snapshot.tick = tick;
     v1::BodyBatch message;
     batches_[rank].write(snapshot, NodeId{rank + 1}, message);
@@ -145,6 +153,7 @@ class ToldWorld : public testing::TestWithParam<StreamCase> {
   std::deque<BodyBatches> batches_;
   std::vector<BodyReader> readers_;
   double size_ = 0;
+  std::uint64_t deferred_ = 0;  // of the last tick
 };
 
 TEST_P(ToldWorld, IsTheWorld) {
@@ -152,8 +161,12 @@ TEST_P(ToldWorld, IsTheWorld) {
   StreamMerger<BodyNews> merger;
   KnownBodies known(true);
   int compared = 0;
-  for (Tick tick = 0; tick < kTicks; ++tick) {
+  bool is_known = false;
+  // Where bodies wait, the world comes to rest, and all is known in the end.
+  for (Tick tick = 0; tick < kTicks || (GetParam().is_limited() && !is_known); ++tick) {
+    ASSERT_LT(tick, 10 * kTicks);
     bool is_whole = tick % every == 0;
+    deferred_ = 0;
     for (Rank rank = 0; rank < GetParam().servers; ++rank) {
       changes_[rank].look(cluster_->partition(rank));
       if (tick % every != 0) continue;
@@ -171,7 +184,9 @@ TEST_P(ToldWorld, IsTheWorld) {
       ASSERT_EQ(news->tick, tick);
       std::map<BodyId, WorldPosition> frame;
       for (const BodySample& body : known.take(*news).bodies) frame.emplace(body.id, body.pose.position);
-      const std::map<BodyId, WorldPosition> world = expected();
+      is_known = deferred_ == 0;
+      const std::map<BodyId, WorldPosition> world = is_known ? expected() : std::map<BodyId, WorldPosition>();
+      if (!is_known) frame.clear();
       ASSERT_EQ(ids_of(frame), ids_of(world)) << "tick " << tick;
       for (const auto& [id, position] : world) {
         const WorldPosition& told = frame.at(id);
@@ -181,7 +196,7 @@ TEST_P(ToldWorld, IsTheWorld) {
       }
       ++compared;
     }
-    cluster_->step(some_commands());
+    cluster_->step(tick < kTicks ? some_commands() : std::vector<Command>());
   }
   EXPECT_GT(compared, 10);
 }
@@ -199,7 +214,14 @@ INSTANTIATE_TEST_SUITE_P(
                                }()},
                     StreamCase{"slow", 3, of_all(), true}, StreamCase{"packed", 3, of_all(1e-3)},
                     StreamCase{"slow_packed", 3, in_region(1e-3), true},
-                    StreamCase{"slow_region", 2, in_region(), true}),
+                    StreamCase{"slow_region", 2, in_region(), true},
+                    StreamCase{"limited", 1, of_all(), false, 7},
+                    StreamCase{"limited_of_three", 3, of_all(), false, 2},
+                    StreamCase{"limited_region", 3, in_region(), false, 1},
+                    StreamCase{"limited_ids", 3, of_ids(20), false, 3},
+                    StreamCase{"limited_awake", 2, of_ids(20, true), false, 2},
+                    StreamCase{"limited_packed", 3, of_all(1e-3), false, 2},
+                    StreamCase{"limited_slow_packed", 2, of_all(1e-3), true, 3}),
     [](const auto& given) { return std::string(given.param.name); });
 
 TEST(ToldBodies, SayNothingOfSleepers) {
@@ -221,6 +243,36 @@ TEST(ToldBodies, SayNothingOfSleepers) {
                 [&](const BodyRecord& body) { awake += body.state.activity == Activity::kAsleep ? 0 : 1; });
   EXPECT_EQ(last, awake);
   EXPECT_LT(awake, kBodies / 4u);
+}
+
+// All bodies are awake, in five layers, and a batch has a tenth of them.
+TEST(ToldBodies, OfMoreThanTheBudgetTheNearestAreToldMostAndAllAreTold) {
+  const WorldSettings settings;
+  const std::unique_ptr<PartitionCluster> cluster = cluster_of(pile_world(settings, kBodies), 1);
+  v1::WatchBodiesRequest request;
+  const double corner = settings.sector_size / 2;
+  *request.mutable_region()->mutable_centre() =
+      to_proto(WorldPosition{{}, Eigen::Vector3d::Constant(corner)});
+  *request.mutable_region()->mutable_half_size() = to_proto(Eigen::Vector3d(6, 6, 6));
+  BodyChanges changes;
+  ToldBodies told(request);
+  std::map<std::uint64_t, int> times;
+  std::array<int, 5> by_layer{};
+  for (int batch = 0; batch < 300; ++batch) {
+    changes.look(cluster->partition(0));
+    const BodySnapshot news = told.news(cluster->partition(0), changes, {}, kBodies / 10);
+    told.told(news);
+    ASSERT_EQ(news.bodies.size(), kBodies / 10u);
+    ASSERT_EQ(news.deferred, kBodies - kBodies / 10u);
+    for (const BodySnapshot::Body& body : news.bodies) {
+      ++times[body.id.value];
+      ++by_layer[(body.id.value - 1) / 12];
+    }
+    changes.drop_until(told.until().value_or(0));
+  }
+  EXPECT_EQ(times.size(), static_cast<std::size_t>(kBodies));
+  EXPECT_TRUE(std::is_sorted(by_layer.rbegin(), by_layer.rend()));
+  EXPECT_GT(by_layer.front(), 2 * by_layer.back());
 }
 
 }  // namespace

@@ -86,6 +86,50 @@ TEST_F(TwoServers, EachWaitsInATickForTheOther) {
   EXPECT_EQ(second_.machine.tick(), 2u);
 }
 
+// The other one has not been granted the tick, and says that it is there.
+TEST_F(TwoServers, OneThatWaitsForLongAsksTheOther) {
+  load(small_tower());
+  first_.grant(grant_of(1, 2));
+  first_.work();
+  post();
+  under_way_.clear();  // the round: what follows are questions
+  first_.take(Kind::kReport);
+  for (int n = 0; n < 2; ++n) first_.advance(PeerProbes::kEvery);
+  post();
+  ASSERT_EQ(under_way_.size(), 1u);
+  EXPECT_TRUE(under_way_[0].message.has_greeting());
+  carry_all();
+  for (int n = 0; n < 4; ++n) {
+    first_.advance(PeerProbes::kEvery);
+    carry_all();
+  }
+  for (const v1::ClusterMessage& message : first_.take(Kind::kReport))
+    EXPECT_THAT(message.report().unheard(), IsEmpty());
+}
+
+TEST_F(TwoServers, OneThatIsNotAnsweredSaysSo) {
+  load(small_tower());
+  first_.grant(grant_of(1, 2));
+  first_.work();
+  for (int n = 0; n < 6; ++n) {
+    EXPECT_LE(first_.machine.next_deadline(), first_.now + PeerProbes::kEvery);
+    first_.advance(PeerProbes::kEvery);
+  }
+  const auto reports = first_.take(Kind::kReport);
+  ASSERT_FALSE(reports.empty());
+  const v1::Report& last = reports.back().report();
+  ASSERT_EQ(last.unheard_size(), 1);
+  EXPECT_EQ(last.unheard(0).node(), kSecond.value);
+  EXPECT_EQ(last.unheard(0).waited_ms(), 1000u);
+  EXPECT_TRUE(last.unheard(0).silent()) << "nothing has ever come from it";
+  second_.grant(grant_of(1, 2));
+  second_.work();
+  carry_all();
+  EXPECT_EQ(first_.machine.tick(), 2u);
+  first_.advance(PeerProbes::kEvery);
+  EXPECT_EQ(first_.take(Kind::kReport).back().report().unheard_size(), 0);
+}
+
 TEST_F(TwoServers, GiveTheBitsOfASimulation) {
   load(small_tower());
   for (TestServer* server : {&first_, &second_}) server->grant(grant_of(1, 60));

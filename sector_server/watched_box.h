@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <optional>
 
 #include "proto/convert.h"
@@ -20,6 +21,13 @@ class WatchedBox {
 
   bool holds(const WorldPosition& position) const {
     return !centre_ || (away(position).array() <= half_.array()).all();
+  }
+  // From 1 at its centre down to kFarthest; 1 everywhere if it is the whole world.
+  double nearness(const WorldPosition& position) const {
+    constexpr double kFarthest = 1.0 / 16;
+    if (!centre_) return 1;
+    const double distance = 2 * away(position).norm() / std::max(half_.maxCoeff(), 1e-6);
+    return std::max(1 / (1 + distance * distance), kFarthest);
   }
   // False only if no body of the sector can be in the box; bodies may be slightly beyond the sector's
   // borders.

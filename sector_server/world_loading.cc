@@ -67,7 +67,7 @@ absl::StatusOr<WorldSettings> settings_of(const v1::LoadWorld& load) {
   return settings;
 }
 
-absl::StatusOr<std::unique_ptr<Partition>> loaded_partition(const v1::LoadWorld& load,
+absl::StatusOr<std::unique_ptr<Partition>> loaded_partition(v1::LoadWorld& load,
                                                             const WorldSettings& settings, Engine& engine,
                                                             std::size_t servers, Rank self) {
   const SectorIndex anchor = from_proto(load.anchor());
@@ -80,7 +80,7 @@ absl::StatusOr<std::unique_ptr<Partition>> loaded_partition(const v1::LoadWorld&
   options.map = *std::move(map);
   options.self = self;
   auto partition = std::make_unique<Partition>(std::move(options), engine);
-  if (absl::Status status = add_shapes(*partition, load.shapes()); !status.ok()) return status;
+  if (absl::Status status = add_shapes(*partition, *load.mutable_shapes()); !status.ok()) return status;
   absl::Status filled = load.has_restored()
                             ? restore(*partition, load.restored(), /*is_guest=*/self >= servers)
                             : fill(*partition, load);
@@ -93,11 +93,11 @@ absl::StatusOr<SectorMap> map_of(const Partition& partition, const v1::SectorMap
   return read_map(partition.anchor, message.splitters(), message.owners(), servers, message.epoch());
 }
 
-absl::Status add_shapes(Partition& partition,
-                        const google::protobuf::RepeatedPtrField<v1::NumberedShape>& shapes) {
-  for (const v1::NumberedShape& message : shapes) {
+absl::Status add_shapes(Partition& partition, google::protobuf::RepeatedPtrField<v1::NumberedShape>& shapes) {
+  for (v1::NumberedShape& message : shapes) {
     absl::StatusOr<Shape> shape = from_proto(message.shape());
     if (!shape.ok()) return shape.status();
+    const std::unique_ptr<const v1::Shape> taken(message.release_shape());
     const std::string title = absl::StrCat("shape ", message.id());
     if (absl::Status status = validate(*shape, title); !status.ok()) return status;
     if (partition.shapes.contains(message.id()))

@@ -18,8 +18,8 @@ namespace tessera {
 absl::StatusOr<WorldSettings> settings_of(const v1::LoadWorld& load);
 
 // The partition of the server with rank `self` among `servers`; those above are guests. The engine must
-// outlive it. INVALID_ARGUMENT for what cannot be.
-absl::StatusOr<std::unique_ptr<Partition>> loaded_partition(const v1::LoadWorld& load,
+// outlive it. Takes the shapes out of the message. INVALID_ARGUMENT for what cannot be.
+absl::StatusOr<std::unique_ptr<Partition>> loaded_partition(v1::LoadWorld& load,
                                                             const WorldSettings& settings, Engine& engine,
                                                             std::size_t servers, Rank self);
 
@@ -27,9 +27,9 @@ absl::StatusOr<std::unique_ptr<Partition>> loaded_partition(const v1::LoadWorld&
 absl::StatusOr<SectorMap> map_of(const Partition& partition, const v1::SectorMap& message,
                                  std::size_t servers);
 
+// Takes them out of their messages, each of which gives its memory back before the next one needs some.
 // INVALID_ARGUMENT for shapes that cannot be, or are there already; NOT_FOUND, and the like, for ground that
 // this server does not have.
-absl::Status add_shapes(Partition& partition,
-                        const google::protobuf::RepeatedPtrField<v1::NumberedShape>& shapes);
+absl::Status add_shapes(Partition& partition, google::protobuf::RepeatedPtrField<v1::NumberedShape>& shapes);
 
 }  // namespace tessera

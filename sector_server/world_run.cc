@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "lpss/base/invariant.h"
@@ -25,9 +26,8 @@ std::uint64_t ground_waits() { return TileStore::of_process().counts().waits; }
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& load, NodeId self,
-                                                           int threads, const MakeEngine& make_engine,
-                                                           Send send) {
+absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(v1::LoadWorld& load, NodeId self, int threads,
+                                                           const MakeEngine& make_engine, Send send) {
   RoundExchange exchange(load.world(), self, nodes_in(load.nodes()), send);
   if (!exchange.takes_part() && !load.has_guest())
     return absl::InvalidArgumentError("the world's list of servers lacks this one");
@@ -46,8 +46,9 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(const v1::LoadWorld& 
     run->join();
     return run;
   }
-  for (const v1::Grant& past : load.guest().past()) {
-    if (absl::Status status = add_shapes(*run->partition_, past.new_shapes()); !status.ok()) return status;
+  for (v1::Grant& past : *load.mutable_guest()->mutable_past()) {
+    if (absl::Status status = add_shapes(*run->partition_, *past.mutable_new_shapes()); !status.ok())
+      return status;
     if (absl::Status status = run->follow(past); !status.ok()) return status;
   }
   return run;
@@ -86,18 +87,30 @@ bool WorldRun::ready() const {
   return round_ ? exchange_.has_all(*round_, current_round()) : grants_.has_work();
 }
 
+std::optional<PeerProbes::Wait> WorldRun::awaited() const {
+  if (!round_ || has_left_) return std::nullopt;
+  PeerProbes::Wait wait{current_round(), exchange_.missing(*round_, current_round()), {}};
+  if (wait.peers.empty()) return std::nullopt;
+  for (Rank rank = 0; rank < nodes().size(); ++rank) {
+    const bool is_awaited = std::ranges::find(wait.peers, nodes()[rank]) != wait.peers.end();
+    if (rank != exchange_.self() && !is_awaited) wait.others.push_back(nodes()[rank]);
+  }
+  return wait;
+}
+
 absl::Status WorldRun::proceed(const Clock& clock) { return round_ ? advance(clock) : next_piece(clock); }
 
 absl::Status WorldRun::next_piece(const Clock& clock) {
-  if (const v1::Grant* grant = grants_.begin_next()) {
-    if (absl::Status status = add_shapes(*partition_, grant->new_shapes()); !status.ok()) return status;
+  if (v1::Grant* grant = grants_.begin_next()) {
+    if (absl::Status status = add_shapes(*partition_, *grant->mutable_new_shapes()); !status.ok())
+      return status;
   }
   if (const v1::SectorMap* map = grants_.take_map()) return change_map(*map, clock);
   if (is_guest()) return follow(grants_.take_rest());
   if (const auto tick = grants_.take_tick()) return begin_tick(tick->commands, clock);
   // One a turn, so that nothing else has to wait for all of them.
   if (const std::optional<v1::Question> question = grants_.take_question())
-    answers_.answer(*question, tick_, /*with_shared=*/exchange_.self() == 0, meter_);
+    answers_.answer(*question, tick_, /*with_shared=*/exchange_.self() == 0, meter_, clock);
   return absl::OkStatus();
 }
 
@@ -199,6 +212,7 @@ void WorldRun::end_tick(Nanoseconds now) {
   ++tick_;
   tick_done_ = true;
   exchange_.end_tick(tick_);
+  answers_.after_tick();
   memory_.after_tick(partition_->packed.counts().sectors);
   reports_.add(tick_, *machine_, meter_.end_tick(now, ground_waits()));
 }

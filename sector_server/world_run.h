@@ -16,6 +16,7 @@
 #include "lpss/tick/tick_machine.h"
 #include "sector_server/grant_queue.h"
 #include "sector_server/memory_return.h"
+#include "sector_server/peer_probes.h"
 #include "sector_server/query_answers.h"
 #include "sector_server/round_exchange.h"
 #include "sector_server/tick_meter.h"
@@ -40,10 +41,10 @@ class WorldRun {
   using Traffic = RoundExchange::Traffic;
   using MakeEngine = std::function<absl::StatusOr<std::unique_ptr<Engine>>(const EngineSettings&)>;
 
-  // Fails, with the reason, for a world that this server cannot host.
+  // Fails, with the reason, for a world that this server cannot host. Takes the shapes out of the message.
   //
   // Of a guest (see v1::Guest) it has no machine: it hosts nothing, and waits for nobody.
-  static absl::StatusOr<std::unique_ptr<WorldRun>> create(const v1::LoadWorld& load, NodeId self, int threads,
+  static absl::StatusOr<std::unique_ptr<WorldRun>> create(v1::LoadWorld& load, NodeId self, int threads,
                                                           const MakeEngine& make_engine, Send send);
   WorldRun(const WorldRun&) = delete;
   WorldRun& operator=(const WorldRun&) = delete;
@@ -62,13 +63,17 @@ class WorldRun {
   bool has_left() const { return has_left_; }
   std::uint64_t map_epoch() const { return map_epoch_; }  // that is in effect
 
-  // A guest is there, and may be among the servers soon.
+  // A guest is there, and may be among the servers soon; nothing happens if it is one of them.
   void welcome(NodeId guest) { exchange_.welcome(guest); }
 
   // Grants and rounds, in any order. Errors: one that cannot be of this world, or too many that wait for
   // their turn; it is ignored.
   absl::Status take(v1::Grant grant);
   absl::Status take(NodeId from, v1::Round round) { return exchange_.take(from, std::move(round), tick_); }
+
+  // Whose messages the round that is under way waits for; none where there is no such round, or none are
+  // missing.
+  std::optional<PeerProbes::Wait> awaited() const;
 
   // Whether proceed() has work to do; it does one round. `clock` measures work.
   bool ready() const;

@@ -11,7 +11,9 @@
 namespace tessera {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using Kind = v1::ClusterMessage::KindCase;
 
@@ -313,7 +315,8 @@ TEST(ForgedCommands, EndAServerWithAMessage) {
   const std::pair<Command, std::string> forged[] = {
       {SpawnBody{stranger}, "there is no shape 1000"},
       {SpawnBody{known}, "it is there already"},
-      {SetVelocity{ball.id, {std::numeric_limits<double>::infinity(), 0, 0}, {}}, "linear velocity"},
+      {SetVelocity{ball.id, {std::numeric_limits<double>::infinity(), 0, 0}, {}},
+       "body 100: a number of a command is not finite"},
       {Teleport{BodyId{2}, {}, lost}, "position"},
       {RemoveBody{BodyId{0}}, "the id must be"},
   };

@@ -1,8 +1,10 @@
 #include "simulator/checker.h"
 
-#include <absl/container/btree_map.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 
+#include <algorithm>
+#include <deque>
 #include <iterator>
 #include <utility>
 #include <vector>
@@ -10,6 +12,8 @@
 #include "coordinator/command_list.h"
 #include "coordinator/world_registry.h"
 #include "proto/convert.h"
+#include "proto/snapshot.h"
+#include "simulator/processor_time.h"
 
 namespace tessera {
 namespace {
@@ -24,7 +28,19 @@ class Playback {
     if (!joints.ok()) return joints.status();
     absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world);
     if (!simulation.ok()) return simulation.status();
-    return Playback(WorldRegistry(world, *records, *joints), *std::move(simulation));
+    return Playback(WorldRegistry(world, *records, *joints), *std::move(simulation), {});
+  }
+
+  static absl::StatusOr<Playback> create(const SnapshotChunks& chunks) {
+    absl::StatusOr<ReadSnapshot> snapshot = from_chunks(chunks);
+    if (!snapshot.ok()) return snapshot.status();
+    snapshot->world.settings.shuffle = 0;
+    absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::restore(snapshot->world);
+    if (!simulation.ok()) return simulation.status();
+    WorldRegistry registry(snapshot->world, snapshot->catalogue);
+    std::vector<WorldCatalogue::HeldBatch>& held = snapshot->catalogue.held;
+    return Playback(std::move(registry), *std::move(simulation),
+                    {std::make_move_iterator(held.begin()), std::make_move_iterator(held.end())});
   }
 
   // Gives commands for the next tick.
@@ -37,22 +53,42 @@ class Playback {
     return absl::OkStatus();
   }
 
-  void step() { simulation_->step(std::exchange(commands_, {})); }
+  // Commands that a snapshot has for the tick come first.
+  void step() {
+    if (!held_.empty()) {
+      for (const ShapeEntry& entry : held_.front().new_shapes) simulation_->add_shape(entry.id, entry.shape);
+      std::vector<Command>& first = held_.front().commands;
+      commands_.insert(commands_.begin(), first.begin(), first.end());
+      held_.pop_front();
+    }
+    simulation_->step(std::exchange(commands_, {}));
+  }
   Tick tick() const { return simulation_->tick(); }
   std::string hash() const { return simulation_->hash().to_string(); }
 
  private:
-  Playback(WorldRegistry registry, std::unique_ptr<Simulation> simulation)
-      : registry_(std::move(registry)), simulation_(std::move(simulation)) {}
+  Playback(WorldRegistry registry, std::unique_ptr<Simulation> simulation,
+           std::deque<WorldCatalogue::HeldBatch> held)
+      : registry_(std::move(registry)), simulation_(std::move(simulation)), held_(std::move(held)) {}
 
   WorldRegistry registry_;
   std::unique_ptr<Simulation> simulation_;
+  std::deque<WorldCatalogue::HeldBatch> held_;  // of the ticks that come first
   std::vector<Command> commands_;
 };
 
 absl::Status other_bits(Tick tick, const std::string& cluster, const std::string& alone) {
   return absl::AbortedError(
       absl::StrCat("tick ", tick, ": the cluster has the hash ", cluster, ", one process ", alone));
+}
+
+absl::Status too_long(Tick tick, std::chrono::nanoseconds taken, std::chrono::nanoseconds most,
+                      const std::string& commands) {
+  constexpr std::size_t kCommandsShown = 20'000;  // bytes
+  return absl::AbortedError(
+      absl::StrFormat("tick %d took %.0f ms of processor time, and may take %.0f ms; its commands: %s", tick,
+                      static_cast<double>(taken.count()) / 1e6, static_cast<double>(most.count()) / 1e6,
+                      commands.empty() ? "none" : commands.substr(0, kCommandsShown)));
 }
 
 }  // namespace
@@ -72,11 +108,11 @@ absl::StatusOr<std::string> Checker::untouched_hash(Tick tick) {
   return hash = untouched_->hash().to_string();
 }
 
-absl::Status Checker::check(std::span<const v1::RecordedInput> log) {
-  std::vector<const v1::RecordedCommands*> commands;
+absl::Status Checker::check(std::span<const v1::RecordedInput> log, const SnapshotChunks* from) {
+  bool has_commands = false;
   absl::btree_map<Tick, std::string> hashes;  // may arrive after commands of later ticks
   for (const v1::RecordedInput& input : log) {
-    if (input.has_commands()) commands.push_back(&input.commands());
+    has_commands |= input.has_commands();
     if (!input.has_hash()) continue;
     const auto [place, is_new] = hashes.try_emplace(input.hash().tick(), input.hash().hash());
     if (!is_new && place->second != input.hash().hash()) {
@@ -84,26 +120,38 @@ absl::Status Checker::check(std::span<const v1::RecordedInput> log) {
                                              ", and later ", input.hash().hash()));
     }
   }
-  if (commands.empty()) {
-    for (const auto& [tick, hash] : hashes) {
-      const absl::StatusOr<std::string> alone = untouched_hash(tick);
-      if (!alone.ok()) return alone.status();
-      if (*alone != hash) return other_bits(tick, hash, *alone);
-    }
-    return absl::OkStatus();
+  if (has_commands || from != nullptr) return play(log, hashes, from);
+  for (const auto& [tick, hash] : hashes) {
+    const absl::StatusOr<std::string> alone = untouched_hash(tick);
+    if (!alone.ok()) return alone.status();
+    if (*alone != hash) return other_bits(tick, hash, *alone);
   }
-  absl::StatusOr<Playback> playback = Playback::create(world_);
+  return absl::OkStatus();
+}
+
+absl::Status Checker::play(std::span<const v1::RecordedInput> log,
+                           const absl::btree_map<Tick, std::string>& hashes, const SnapshotChunks* from) {
+  absl::StatusOr<Playback> playback = from == nullptr ? Playback::create(world_) : Playback::create(*from);
   if (!playback.ok()) return playback.status();
-  auto next = commands.begin();
+  auto next = log.begin();
   for (const auto& [tick, hash] : hashes) {
     while (playback->tick() < tick) {
       if (is_ended_()) return absl::CancelledError("interrupted");
-      for (; next != commands.end() && (*next)->tick() == playback->tick() + 1; ++next) {
-        if (absl::Status given = playback->give(**next); !given.ok()) {
-          return absl::AbortedError(absl::StrCat("tick ", (*next)->tick(), ": ", given.message()));
+      std::string commands;
+      for (; next != log.end(); ++next) {
+        if (!next->has_commands()) continue;
+        if (next->commands().tick() != playback->tick() + 1) break;
+        if (absl::Status given = playback->give(next->commands()); !given.ok()) {
+          return absl::AbortedError(absl::StrCat("tick ", next->commands().tick(), ": ", given.message()));
         }
+        if (tick_work_max_.count() > 0) absl::StrAppend(&commands, next->commands().ShortDebugString(), "\n");
       }
+      const std::chrono::nanoseconds begin = processor_time_of_thread();
       playback->step();
+      const std::chrono::nanoseconds taken = processor_time_of_thread() - begin;
+      longest_tick_ = std::max(longest_tick_, taken);
+      if (tick_work_max_.count() > 0 && taken > tick_work_max_)
+        return too_long(playback->tick(), taken, tick_work_max_, commands);
     }
     if (std::string alone = playback->hash(); alone != hash) return other_bits(tick, hash, alone);
   }

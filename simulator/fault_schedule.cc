@@ -44,6 +44,7 @@ std::uint64_t draw_duration_ns(FaultKind kind, Dice& dice) {
     case FaultKind::kPowerLoss:
     case FaultKind::kCrashInRecovery:
       return dice.between(std::uint64_t{1}, kRestartMax);
+    case FaultKind::kLastingCut:
     case FaultKind::kBreak:
     case FaultKind::kClockJump:
     case FaultKind::kJoin:
@@ -55,6 +56,8 @@ std::uint64_t draw_duration_ns(FaultKind kind, Dice& dice) {
 
 std::uint64_t draw_amount(FaultKind kind, Dice& dice) {
   switch (kind) {
+    case FaultKind::kLastingCut:
+      return dice.below(kLastingCuts);
     case FaultKind::kSlow:
       return dice.between(kMillisecond, 20 * kMillisecond);
     case FaultKind::kClockJump:

@@ -12,6 +12,7 @@ namespace tessera {
 
 enum class FaultKind {
   kCut,               // of a link between two processes: packets wait, and are lost if it lasts
+  kLastingCut,        // of links, for good: one way or both, from one other process or from all other servers
   kBreak,             // of a connection, which is made anew: packets under way are lost or not
   kStop,              // of a process with all of its threads, as by SIGSTOP
   kSlow,              // a server takes long for each message
@@ -26,7 +27,7 @@ enum class FaultKind {
   kJoin,   // a server comes to the running world
   kDrain,  // one is emptied, and ends once it is
 };
-inline constexpr std::size_t kFaultKinds = 13;
+inline constexpr std::size_t kFaultKinds = 14;
 
 // One list for options, reports and schedules, in the order of FaultKind.
 struct FaultName {
@@ -35,6 +36,10 @@ struct FaultName {
 };
 inline constexpr std::array<FaultName, kFaultKinds> kFaultNames = {{
     {"cuts", "links between two processes that are cut for a while; one in four outlasts the time-outs"},
+    {"lasting-cuts",
+     "links that are cut for good, one way or both: between two servers, between a server and the "
+     "coordinator, or "
+     "between a server and all others"},
     {"breaks", "connections that break, with packets lost, and are made anew at once"},
     {"stops", "processes that stand still for a while; one in four outlasts the time-outs"},
     {"slow-servers", "servers that take long for each message, for a while"},
@@ -52,6 +57,18 @@ inline constexpr std::array<FaultName, kFaultKinds> kFaultNames = {{
 // How many of each kind.
 using FaultNumbers = std::array<std::uint32_t, kFaultKinds>;
 
+// Which links are cut for good; by Fault::amount.
+enum class LastingCut : std::uint8_t {
+  kToServer,         // one way
+  kBetweenServers,   // both ways
+  kToAllServers,     // a server that only the coordinator hears
+  kFromAllServers,   // one that only hears the coordinator
+  kOfAllServers,     // both
+  kFromCoordinator,  // unless fewer than two servers hear it, and are heard by it
+  kToCoordinator,    // likewise
+};
+inline constexpr std::uint64_t kLastingCuts = 7;
+
 // Times count from SimulatedCluster::meet(). What is hit is drawn when it happens, by `pick`, among what is
 // there; unless it is named.
 struct Fault {
@@ -59,7 +76,8 @@ struct Fault {
   std::uint64_t begin_ns = 0;
   std::uint64_t end_ns = 0;  // of a crash: when another process takes the place of the one that ended
   std::uint64_t pick = 0;
-  std::uint64_t amount = 0;  // operations on the disk that a crash waits for; ns of a jump, or for a message
+  // Operations on the disk that a crash waits for; ns of a jump, or for a message; which LastingCut.
+  std::uint64_t amount = 0;
   NodeId node{};
   NodeId peer{};
 };

@@ -55,6 +55,8 @@ bool SimulatedCluster::begin(const Fault& fault, std::uint64_t end_ns) {
     case FaultKind::kCut:
     case FaultKind::kBreak:
       return begin_between(fault, end_ns);
+    case FaultKind::kLastingCut:
+      return cut_for_good(static_cast<LastingCut>(fault.amount), fault.pick);
     case FaultKind::kStop: {
       const NodeId node = pick(living());
       if (node != NodeId{}) network_.stop(node, end_ns);
@@ -107,6 +109,39 @@ bool SimulatedCluster::begin_between(const Fault& fault, std::uint64_t end_ns) {
   } else {
     network_.cut(node, peer);
     plan(end_ns, [this, node, peer] { network_.heal(node, peer); });
+  }
+  return true;
+}
+
+bool SimulatedCluster::cut_for_good(LastingCut which, std::uint64_t pick) {
+  const std::vector<NodeId> nodes = living_servers();
+  if (nodes.size() < 2) return false;
+  const NodeId node = nodes[pick % nodes.size()];
+  std::vector<NodeId> others = nodes;
+  std::erase(others, node);
+  switch (which) {
+    case LastingCut::kToServer:
+    case LastingCut::kBetweenServers:
+      others = {others[pick / nodes.size() % others.size()]};
+      break;
+    case LastingCut::kToAllServers:
+    case LastingCut::kFromAllServers:
+    case LastingCut::kOfAllServers:
+      break;
+    case LastingCut::kFromCoordinator:
+    case LastingCut::kToCoordinator: {
+      const auto in_touch = [this](NodeId server) { return !without_coordinator_.contains(server); };
+      if (std::ranges::none_of(others, in_touch)) return false;
+      without_coordinator_.insert(node);
+      others = {kCoordinatorNode};
+      break;
+    }
+  }
+  const bool is_deaf = which == LastingCut::kFromAllServers || which == LastingCut::kFromCoordinator;
+  const bool is_both = which == LastingCut::kBetweenServers || which == LastingCut::kOfAllServers;
+  for (const NodeId other : others) {
+    if (is_deaf || is_both) network_.cut_one_way(other, node);
+    if (!is_deaf) network_.cut_one_way(node, other);
   }
   return true;
 }

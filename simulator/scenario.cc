@@ -1,6 +1,7 @@
 #include "simulator/scenario.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
 #include <algorithm>
@@ -14,137 +15,27 @@
 
 #include "lpss/simulation/example_worlds.h"
 #include "proto/snapshot.h"
-#include "simulator/dice.h"
-#include "simulator/workload.h"
+#include "simulator/driver.h"
+#include "simulator/tick_gaps.h"
 
 namespace tessera {
 namespace {
 
-constexpr std::uint32_t kScenarioStream = 3;
-constexpr std::uint32_t kBalanceStream = 6;
-constexpr int kEventsMax = 1'000'000;  // while there is no coordinator
+constexpr int kEventsMax = 1'000'000;  // while servers join
+constexpr std::size_t kSmallShapeBytes = 20'000;
+constexpr std::uint64_t kSmallShapesOneIn = 4;
 
 // About the duration of a tick, so that most faults begin while ticks are running.
 constexpr std::uint64_t kNsPerTick = 4'000'000;
+
+// After a cut for good: it is found within two seconds, then the ticks since the last checkpoint are
+// repeated.
+constexpr std::uint64_t kStandstillMaxNs = 3'000'000'000;
 
 // An unexpected error becomes ABORTED; CANCELLED stays.
 absl::Status broken(const absl::Status& status) {
   return absl::IsCancelled(status) ? status : absl::AbortedError(status.message());
 }
-
-// What a client must expect of a cluster with faults.
-bool is_expected(const absl::Status& status) {
-  return status.ok() || absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
-}
-
-// The tick at which the world has paused, whatever coordinators are lost meanwhile.
-absl::StatusOr<Tick> paused_tick(SimulatedCluster& cluster) {
-  for (int events = 0; events < kEventsMax && cluster.failure().ok(); ++events) {
-    if (cluster.has_coordinator()) {
-      const auto paused = cluster.call<v1::PauseRequest, v1::PauseReply>({});
-      if (paused.ok()) return paused->tick();
-      if (!absl::IsUnavailable(paused.status())) return paused.status();
-    }
-    cluster.run_events(1);
-  }
-  if (!cluster.failure().ok()) return cluster.failure();
-  return absl::DeadlineExceededError("no coordinator came back");
-}
-
-// Runs the ticks of a scenario, with requests of clients in between.
-class Driver {
- public:
-  Driver(SimulatedCluster& cluster, const WorldDescription& world, const Scenario& scenario)
-      : cluster_(cluster),
-        dice_(scenario.seed, kScenarioStream),
-        balance_dice_(scenario.seed, kBalanceStream),
-        workload_(scenario.seed, world),
-        commands_(scenario.commands) {}
-
-  // At least `ticks`, from now on.
-  absl::Status run(Tick ticks) {
-    const Tick longest = 2 * (ticks / (commands_ + 1)) + 1;
-    for (std::uint32_t command = 0; command < commands_; ++command) {
-      if (step_ && *step_) {
-        if (absl::Status ended = end_step(); !ended.ok()) return ended;
-      }
-      if (!step_ && begun_ < ticks && !dice_.one_in(3)) {
-        start_step(std::min(dice_.between(std::uint64_t{1}, longest), ticks - begun_));
-      } else if (!step_ && dice_.one_in(8)) {
-        if (absl::Status ran = run_freely(); !ran.ok()) return ran;
-      }
-      for (std::uint64_t events = dice_.below(20); step_ && !*step_ && events > 0; --events) {
-        cluster_.run_events(1);
-      }
-      if (balance_dice_.one_in(4)) {
-        if (absl::Status balanced = balance(); !is_expected(balanced)) return balanced;
-      }
-      if (absl::Status given = workload_.give_next(cluster_); !is_expected(given)) return given;
-    }
-    for (;;) {
-      if (step_) {
-        if (absl::Status ended = end_step(); !ended.ok()) return ended;
-      }
-      if (begun_ >= ticks) return absl::OkStatus();
-      start_step(ticks - begun_);
-    }
-  }
-
-  // Ticks that were done.
-  Tick done() const { return begun_; }
-  const std::vector<SnapshotChunks>& snapshots() const { return workload_.snapshots(); }
-  std::uint64_t moves() const { return moves_; }
-
- private:
-  void start_step(Tick ticks) {
-    v1::Request request;
-    request.set_ticks(ticks);
-    begun_ += ticks;
-    step_ = cluster_.post<v1::Request, v1::Reply>(std::move(request));
-  }
-
-  // Where its coordinator is lost, the world does the step or has not heard of it.
-  absl::Status end_step() {
-    absl::Status status = cluster_.wait<v1::Reply>(step_).status();
-    step_.reset();
-    if (!absl::IsUnavailable(status)) return status;
-    return pause();
-  }
-
-  absl::Status pause() {
-    const absl::StatusOr<Tick> tick = paused_tick(cluster_);
-    if (tick.ok()) begun_ = *tick;
-    return tick.status();
-  }
-
-  absl::Status balance() {
-    v1::BalanceRequest request;
-    request.set_policy(
-        std::string(name_of(kBalancePolicies[balance_dice_.below(std::size(kBalancePolicies))])));
-    const auto balance = cluster_.call<v1::BalanceRequest, v1::BalanceReply>(std::move(request));
-    if (balance.ok() && balance->moves()) ++moves_;
-    return balance.status();
-  }
-
-  // At the pace of real time, or as fast as it goes, for a while.
-  absl::Status run_freely() {
-    v1::ResumeRequest request;
-    request.set_real_time_factor(dice_.one_in(2) ? 1 : 0);
-    const auto resumed = cluster_.call<v1::ResumeRequest, v1::ResumeReply>(std::move(request));
-    if (!resumed.ok() && !is_expected(resumed.status())) return resumed.status();
-    cluster_.run_events(dice_.below(100));
-    return pause();
-  }
-
-  SimulatedCluster& cluster_;
-  Dice dice_;
-  Dice balance_dice_;
-  Workload workload_;
-  const std::uint32_t commands_;
-  std::uint64_t moves_ = 0;
-  Tick begun_ = 0;
-  SimulatedCluster::Pending<v1::Reply> step_;
-};
 
 // That each list that was acknowledged was stored, as it was told, and that none was stored twice.
 absl::Status check_stored(const std::vector<SimulatedCluster::Told>& told,
@@ -186,6 +77,37 @@ absl::Status check_snapshots(const std::vector<SnapshotChunks>& snapshots,
   return absl::OkStatus();
 }
 
+// Of lasting cuts alone, each stops a world once: until it is found, and the world has gone on without those
+// that are cut off.
+absl::Status check_standstill(const Scenario& scenario, const TickGaps& gaps) {
+  const FaultSchedule faults = faults_of(scenario);
+  const auto is_lasting_cut = [](const Fault& fault) { return fault.kind == FaultKind::kLastingCut; };
+  if (faults.empty() || !std::ranges::all_of(faults, is_lasting_cut)) return absl::OkStatus();
+  const std::uint64_t longest_ns = faults.size() * kStandstillMaxNs;
+  if (gaps.longest_ns() <= longest_ns) return absl::OkStatus();
+  return absl::AbortedError(absl::StrFormat("there was no tick for %.3f s, and may be none for %.1f s",
+                                            static_cast<double>(gaps.longest_ns()) / 1e9,
+                                            static_cast<double>(longest_ns) / 1e9));
+}
+
+// Of processes; what one process takes for all of a tick, the checker has looked at.
+absl::Status check_work(const Scenario& scenario, const SimulatedCluster& cluster, Coverage& coverage) {
+  if (scenario.tick_work_ms_max <= 0) return absl::OkStatus();
+  const MeasuredWork& server = cluster.server_work();
+  const MeasuredWork& coordinator = cluster.coordinator_work();
+  coverage.server_ns = static_cast<std::uint64_t>(server.longest.count());
+  coverage.coordinator_ns = static_cast<std::uint64_t>(coordinator.longest.count());
+  for (const MeasuredWork& work : {server, coordinator}) {
+    const double longest_ms = static_cast<double>(work.longest.count()) / 1e6;
+    if (longest_ms <= scenario.tick_work_ms_max) continue;
+    return absl::AbortedError(
+        absl::StrFormat("%s took %.0f ms of processor time at a stretch, and may take %.0f ms; tick %d",
+                        work.node == kCoordinatorNode ? "the coordinator" : "a server", longest_ms,
+                        scenario.tick_work_ms_max, work.tick));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status all_have_joined(SimulatedCluster& cluster, std::uint32_t servers) {
   for (int events = 0; events < kEventsMax; ++events) {
     const absl::StatusOr<v1::StatusReply> status = cluster.status();
@@ -193,6 +115,11 @@ absl::Status all_have_joined(SimulatedCluster& cluster, std::uint32_t servers) {
     cluster.run_events(1);
   }
   return absl::DeadlineExceededError("not all servers have joined");
+}
+
+WorldDescription unshuffled(WorldDescription world) {
+  world.settings.shuffle = 0;
+  return world;
 }
 
 std::uint64_t count_of(const FaultNumbers& numbers) {
@@ -211,21 +138,36 @@ FaultSchedule faults_of(const Scenario& scenario) {
   return kept;
 }
 
+std::string text_of_places(const std::vector<std::uint32_t>& places) {
+  std::vector<std::string> ranges;
+  for (std::size_t first = 0; first < places.size();) {
+    std::size_t last = first;
+    while (last + 1 < places.size() && places[last + 1] == places[last] + 1) ++last;
+    ranges.push_back(last == first ? absl::StrCat(places[first])
+                                   : absl::StrCat(places[first], "-", places[last]));
+    first = last + 1;
+  }
+  return ranges.empty() ? "none" : absl::StrJoin(ranges, ",");
+}
+
 std::string command_of(const Scenario& scenario, const std::string& world) {
   std::string command =
       absl::StrCat("tessera simulate ", world, world.empty() ? "" : " ", "--seed ", scenario.seed,
                    " --servers ", scenario.servers, " --ticks ", scenario.ticks);
   if (scenario.links) absl::StrAppend(&command, " --links");
   if (scenario.commands > 0) absl::StrAppend(&command, " --commands ", scenario.commands);
+  if (scenario.extremes) absl::StrAppend(&command, " --extremes");
+  if (scenario.tick_work_ms_max > 0)
+    absl::StrAppend(&command, " --tick-work-max ", scenario.tick_work_ms_max);
   for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
     if (scenario.faults[kind] > 0) {
       absl::StrAppend(&command, " --", kFaultNames[kind].option, " ", scenario.faults[kind]);
     }
   }
-  if (scenario.only_faults) {
-    absl::StrAppend(&command, " --only-faults ",
-                    scenario.only_faults->empty() ? "none" : absl::StrJoin(*scenario.only_faults, ","));
-  }
+  if (scenario.only_faults)
+    absl::StrAppend(&command, " --only-faults ", text_of_places(*scenario.only_faults));
+  if (scenario.only_commands)
+    absl::StrAppend(&command, " --only-commands ", text_of_places(*scenario.only_commands));
   return command;
 }
 
@@ -241,10 +183,18 @@ void Coverage::add(const Coverage& other) {
   recoveries += other.recoveries;
   lists += other.lists;
   told += other.told;
+  commands += other.commands;
+  queries += other.queries;
+  refused += other.refused;
+  replaced += other.replaced;
+  work_ns = std::max(work_ns, other.work_ns);
+  server_ns = std::max(server_ns, other.server_ns);
+  coordinator_ns = std::max(coordinator_ns, other.coordinator_ns);
   snapshots += other.snapshots;
   moves += other.moves;
   joined += other.joined;
   left += other.left;
+  standstill_ns = std::max(standstill_ns, other.standstill_ns);
 }
 
 std::string Coverage::text() const {
@@ -260,6 +210,19 @@ std::string Coverage::text() const {
                   " lists of commands took effect, of which clients were told of ", told, "; ", snapshots,
                   " snapshots; it was divided anew ", moves, " times; ", joined, " servers joined it and ",
                   left, " left it without going back\n");
+  if (commands > 0) {
+    absl::StrAppend(&text, "clients sent ", commands, " commands and ", queries, " queries; ", refused,
+                    " requests were refused; ", replaced, " worlds took the place of others\n");
+  }
+  if (server_ns > 0) {
+    absl::StrAppendFormat(&text,
+                          "the longest work: %.1f ms for a tick in one process, %.1f ms on a server, %.1f ms "
+                          "of the coordinator\n",
+                          static_cast<double>(work_ns) / 1e6, static_cast<double>(server_ns) / 1e6,
+                          static_cast<double>(coordinator_ns) / 1e6);
+  }
+  absl::StrAppendFormat(&text, "the longest time without a tick: %.3f s\n",
+                        static_cast<double>(standstill_ns) / 1e9);
   return text;
 }
 
@@ -269,20 +232,31 @@ WorldDescription corner_pile() {
   return pile_world(settings, 40);
 }
 
+ScenarioRunner::ScenarioRunner(const WorldDescription& world) : world_(world), checker_(unshuffled(world)) {}
+
 absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
   const bool has_faults = count_of(scenario.faults) > 0;
-  std::vector<v1::RecordedInput> log;  // hashes
+  std::vector<v1::RecordedInput> hashes;
+  TickGaps gaps;
+  const SimulatedCluster* running = nullptr;
   SimulatedClusterOptions options;
   if (has_faults || scenario.commands > 0) {
-    options.inputs = [&log](const v1::RecordedInput& input) {
-      if (input.has_hash()) log.push_back(input);
+    options.inputs = [&](const v1::RecordedInput& input) {
+      if (!input.has_hash()) return;
+      hashes.push_back(input);
+      gaps.tick(running->network().now_ns());
     };
   }
   options.log = log_;
   if (scenario.links) options.all_linked_max = 1;
   options.takes_all_servers = scenario.faults[static_cast<std::size_t>(FaultKind::kJoin)] > 0 ||
                               scenario.faults[static_cast<std::size_t>(FaultKind::kDrain)] > 0;
+  options.measures_work = scenario.tick_work_ms_max > 0;
+  if (scenario.extremes && scenario.seed % kSmallShapesOneIn == 0) options.shape_bytes_max = kSmallShapeBytes;
+  checker_.set_tick_work_max(
+      std::chrono::nanoseconds(static_cast<std::int64_t>(scenario.tick_work_ms_max * 1e6)));
   SimulatedCluster cluster(scenario.seed, scenario.servers, world_.settings.precision, options);
+  running = &cluster;
   cluster.end_when(is_ended_);
   if (options.takes_all_servers) {
     if (absl::Status joined = all_have_joined(cluster, scenario.servers); !joined.ok()) return joined;
@@ -292,55 +266,68 @@ absl::StatusOr<ScenarioReport> ScenarioRunner::run(const Scenario& scenario) {
   cluster.meet(faults_of(scenario));
   // The last tick comes after all faults, so that all their consequences are visible.
   const Tick after_faults = has_faults ? 1 : 0;
-  Driver driver(cluster, world_, scenario);
+  Driver driver(cluster, world_, scenario, gaps, hashes);
   absl::Status outcome = driver.run(scenario.ticks - after_faults);
   cluster.outlast_faults();
   if (outcome.ok()) outcome = cluster.failure();
-  if (outcome.ok() && after_faults > 0) outcome = cluster.step(after_faults);
+  if (outcome.ok() && after_faults > 0) outcome = driver.finish(after_faults);
   if (!outcome.ok()) return broken(outcome);
   ScenarioReport report;
-  report.tick = driver.done() + after_faults;
-  if (absl::Status right = check(scenario, cluster, driver.snapshots(), std::move(log), report);
-      !right.ok()) {
-    return right;
-  }
-  report.coverage.moves = driver.moves();
+  if (absl::Status right = check(scenario, cluster, driver, report); !right.ok()) return right;
+  report.coverage.standstill_ns = gaps.longest_ns();
+  if (absl::Status stood = check_standstill(scenario, gaps); !stood.ok()) return stood;
   return report;
 }
 
-absl::Status ScenarioRunner::check(const Scenario& scenario, SimulatedCluster& cluster,
-                                   const std::vector<SnapshotChunks>& snapshots,
-                                   std::vector<v1::RecordedInput> log, ScenarioReport& report) {
+absl::Status ScenarioRunner::check(const Scenario& scenario, SimulatedCluster& cluster, Driver& driver,
+                                   ScenarioReport& report) {
   const absl::StatusOr<SimulatedCluster::HashAt> hash = cluster.hash();
   if (!hash.ok()) return broken(hash.status());
   report.hash = hash->hash;
-  v1::RecordedHash& last = *log.emplace_back().mutable_hash();
-  last.set_tick(hash->tick);
-  last.set_hash(hash->hash);
-  if (hash->tick != report.tick || hash->tick < scenario.ticks) {
-    return absl::AbortedError(absl::StrCat("the world is at tick ", hash->tick, ", not ", report.tick));
+  report.tick = hash->tick;
+  if (hash->tick != driver.tick() || driver.done() < scenario.ticks) {
+    return absl::AbortedError(absl::StrCat("the world is at tick ", hash->tick, ", not ", driver.tick()));
   }
   const absl::StatusOr<v1::StatusReply> status = cluster.status();
   if (!status.ok()) return broken(status.status());
   report.events = cluster.events();
-  const std::vector<v1::StoredInput> stored = cluster.stored_commands();
-  std::set<std::pair<std::uint64_t, std::uint64_t>> told;  // some were told twice
-  for (const SimulatedCluster::Told& request : cluster.told_commands())
-    told.emplace(request.id.session, request.id.number);
-  report.coverage = {.faults = cluster.faults(),
-                     .disk = cluster.disk_faults(),
-                     .packets = cluster.network().counts(),
-                     .recoveries = status->recoveries(),
-                     .lists = stored.size(),
-                     .told = told.size(),
-                     .snapshots = snapshots.size(),
-                     .joined = status->joined_servers(),
-                     .left = status->left_servers()};
-  if (absl::Status kept = check_stored(cluster.told_commands(), stored); !kept.ok()) return kept;
-  if (absl::Status right = check_snapshots(snapshots, log); !right.ok()) return right;
+  Coverage& coverage = report.coverage;
+  coverage = {.faults = cluster.faults(),
+              .disk = cluster.disk_faults(),
+              .packets = cluster.network().counts(),
+              .recoveries = status->recoveries(),
+              .commands = driver.counts().commands,
+              .queries = driver.counts().queries,
+              .refused = driver.counts().refused,
+              .replaced = driver.replaced(),
+              .moves = driver.moves(),
+              .joined = status->joined_servers(),
+              .left = status->left_servers()};
+  std::vector<WorldHistory> histories = driver.take_histories();
+  v1::RecordedHash& last = *histories.back().hashes.emplace_back().mutable_hash();
+  last.set_tick(hash->tick);
+  last.set_hash(hash->hash);
+  for (WorldHistory& history : histories) {
+    coverage.lists += history.stored.size();
+    coverage.snapshots += history.snapshots.size();
+    std::set<std::pair<std::uint64_t, std::uint64_t>> told;  // some were told twice
+    for (const SimulatedCluster::Told& request : history.told)
+      told.emplace(request.id.session, request.id.number);
+    coverage.told += told.size();
+    if (absl::Status right = check(history); !right.ok()) return right;
+  }
+  coverage.work_ns = static_cast<std::uint64_t>(checker_.longest_tick().count());
+  return check_work(scenario, cluster, coverage);
+}
+
+absl::Status ScenarioRunner::check(WorldHistory& history) {
+  if (absl::Status kept = check_stored(history.told, history.stored); !kept.ok()) return kept;
+  std::vector<v1::RecordedInput> log = std::move(history.hashes);
+  if (absl::Status right = check_snapshots(history.snapshots, log); !right.ok()) return right;
   // Also those that nobody was told of.
-  for (const v1::StoredInput& input : stored) *log.emplace_back().mutable_commands() = input.commands();
-  return checker_.check(log);
+  for (const v1::StoredInput& input : history.stored)
+    *log.emplace_back().mutable_commands() = input.commands();
+  return checker_.check(log, history.from ? &*history.from : nullptr);
 }
 
 }  // namespace tessera

@@ -17,16 +17,30 @@
 
 namespace tessera {
 
+class Driver;
+struct WorldHistory;
+
 struct Scenario {
   std::uint64_t seed = 1;  // determines when each message arrives, and everything below
   std::uint32_t servers = 3;
   bool links = false;          // servers talk to those around them alone, however few they are
   Tick ticks = 120;            // at least 1; some more where the world runs by itself for a while
-  std::uint32_t commands = 0;  // of clients, while the world runs
+  std::uint32_t commands = 0;  // requests of clients, while the world runs
+  // They are of every kind and with fields at their bounds and beyond, some clients do not wait for answers,
+  // and worlds take each other's place.
+  bool extremes = false;
+  // ms of processor time that one process, or a server, may take for a tick; 0: any. Measured, so that it
+  // differs from run to run.
+  double tick_work_ms_max = 0;
   FaultNumbers faults{};
   // Of the faults that are drawn, only these, by their places; all if there is no such list.
   std::optional<std::vector<std::uint32_t>> only_faults;
+  // Likewise of the commands; ascending.
+  std::optional<std::vector<std::uint32_t>> only_commands;
 };
+
+// "0,3-5" of 0, 3, 4, 5; "none" of no place.
+std::string text_of_places(const std::vector<std::uint32_t>& places);
 
 // The faults of it, as far as they are not left out.
 FaultSchedule faults_of(const Scenario& scenario);
@@ -39,13 +53,21 @@ struct Coverage {
   FaultCounts faults{};  // that hit something
   DiskFaultCounts disk;
   SimCounts packets;
-  std::uint64_t recoveries = 0;  // how often the world went on from a checkpoint
-  std::uint64_t lists = 0;       // of commands, that took effect
-  std::uint64_t told = 0;        // of these, those that a client was told of
+  std::uint64_t recoveries = 0;      // how often the world went on from a checkpoint
+  std::uint64_t lists = 0;           // of commands, that took effect
+  std::uint64_t told = 0;            // of these, those that a client was told of
+  std::uint64_t commands = 0;        // that clients sent
+  std::uint64_t queries = 0;         // likewise
+  std::uint64_t refused = 0;         // requests of these
+  std::uint64_t replaced = 0;        // worlds, by a load or a snapshot
+  std::uint64_t work_ns = 0;         // the longest tick of one process with commands
+  std::uint64_t server_ns = 0;       // of a server, if that is measured
+  std::uint64_t coordinator_ns = 0;  // likewise, of what the coordinator does at a stretch
   std::uint64_t snapshots = 0;
-  std::uint64_t moves = 0;   // of sectors to other servers, while the world runs: so many times
-  std::uint64_t joined = 0;  // servers that began to take part without the world going back
-  std::uint64_t left = 0;    // likewise, that ended to
+  std::uint64_t moves = 0;          // of sectors to other servers, while the world runs: so many times
+  std::uint64_t joined = 0;         // servers that began to take part without the world going back
+  std::uint64_t left = 0;           // likewise, that ended to
+  std::uint64_t standstill_ns = 0;  // the longest time without a tick during a step
 
   void add(const Coverage& other);
   std::string text() const;
@@ -62,13 +84,16 @@ struct ScenarioReport {
 
 // Runs scenarios of one world, and checks of each:
 // - All ticks are done, whatever happens to links, processes, clocks and the disk, for however long.
-// - After every tick the hash is that of one process with the same commands.
+// - After every tick the hash is that of one process with the same commands, in which no authority moves
+//   (WorldSettings::shuffle).
 // - Every command that was acknowledged took effect once, at the tick that was told.
 // - A command that a lost coordinator did not answer took effect once or not at all.
+// - Where links are cut for good, and nothing else happens, the world does not stand still for long.
 // - What was stored is found again; snapshots have the world of their tick.
+// - No tick takes more work than it may.
 class ScenarioRunner {
  public:
-  explicit ScenarioRunner(const WorldDescription& world) : world_(world), checker_(world) {}
+  explicit ScenarioRunner(const WorldDescription& world);
 
   // Called repeatedly from now on: true ends the running scenario with CANCELLED.
   void end_when(std::function<bool()> is_ended) {
@@ -85,9 +110,9 @@ class ScenarioRunner {
   Checker& checker() { return checker_; }
 
  private:
-  absl::Status check(const Scenario& scenario, SimulatedCluster& cluster,
-                     const std::vector<SnapshotChunks>& snapshots, std::vector<v1::RecordedInput> log,
+  absl::Status check(const Scenario& scenario, SimulatedCluster& cluster, Driver& driver,
                      ScenarioReport& report);
+  absl::Status check(WorldHistory& history);
 
   WorldDescription world_;
   Checker checker_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -38,26 +39,38 @@ class Search {
     return true;
   }
 
-  std::vector<std::uint32_t> chosen_faults() const {
-    if (best_.scenario.only_faults) return *best_.scenario.only_faults;
-    const FaultNumbers& numbers = best_.scenario.faults;
-    std::vector<std::uint32_t> all(std::accumulate(numbers.begin(), numbers.end(), std::size_t{0}));
+  using Places = std::vector<std::uint32_t>;
+
+  static Places all_places(std::size_t count) {
+    Places all(count);
     std::iota(all.begin(), all.end(), 0u);
     return all;
   }
 
+  Places chosen_faults() const {
+    if (best_.scenario.only_faults) return *best_.scenario.only_faults;
+    const FaultNumbers& numbers = best_.scenario.faults;
+    return all_places(std::accumulate(numbers.begin(), numbers.end(), std::size_t{0}));
+  }
+
+  Places chosen_commands() const {
+    if (!best_.scenario.only_commands) return all_places(best_.scenario.commands);
+    Places chosen = *best_.scenario.only_commands;
+    std::erase_if(chosen, [this](std::uint32_t place) { return place >= best_.scenario.commands; });
+    return chosen;
+  }
+
   // Leaves out all of them, then halves, down to single ones.
-  bool fewer_faults() {
+  bool fewer(Places chosen, std::optional<Places> Scenario::*only) {
     bool any = false;
-    std::vector<std::uint32_t> chosen = chosen_faults();
     for (std::size_t size = chosen.size(); size > 0; size /= 2) {
-      for (std::size_t first = 0; first < chosen.size();) {
+      for (std::size_t first = 0; first < chosen.size() && may_try();) {
         const std::size_t last = std::min(first + size, chosen.size());
-        std::vector<std::uint32_t> kept(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(first));
+        Places kept(chosen.begin(), chosen.begin() + static_cast<std::ptrdiff_t>(first));
         kept.insert(kept.end(), chosen.begin() + static_cast<std::ptrdiff_t>(last), chosen.end());
-        Scenario fewer = best_.scenario;
-        fewer.only_faults = kept;
-        if (try_one(fewer)) {
+        Scenario smaller = best_.scenario;
+        smaller.*only = kept;
+        if (try_one(smaller)) {
           any = true;
           chosen = std::move(kept);
         } else {
@@ -68,6 +81,9 @@ class Search {
     return any;
   }
 
+  bool fewer_faults() { return fewer(chosen_faults(), &Scenario::only_faults); }
+
+  // Those at the end go first; what is left of them is what a failure needs.
   bool fewer_commands() {
     bool any = false;
     for (std::uint32_t less = best_.scenario.commands; less > 0; less /= 2) {
@@ -75,7 +91,7 @@ class Search {
       fewer.commands -= std::min(less, fewer.commands);
       any |= fewer.commands < best_.scenario.commands && try_one(fewer);
     }
-    return any;
+    return fewer(chosen_commands(), &Scenario::only_commands) || any;
   }
 
   bool fewer_ticks() {

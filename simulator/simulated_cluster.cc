@@ -4,13 +4,13 @@
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
 
 #include "coordinator/folder_store.h"
 #include "lpss/base/invariant.h"
 #include "lpss/engine/load_engine.h"
 #include "proto/convert.h"
+#include "simulator/processor_time.h"
 
 namespace tessera {
 namespace {
@@ -31,13 +31,8 @@ CoordinatorOptions options_for(std::uint32_t servers, const SimulatedClusterOpti
   coordinator.balance_every = options.balance_every;
   coordinator.balance_ahead = options.balance_ahead;
   coordinator.balance_policy = options.balance_policy;
+  coordinator.shape_bytes_max = options.shape_bytes_max;
   return coordinator;
-}
-
-std::chrono::nanoseconds processor_time_of_thread() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
 v1::ClusterMessage parsed(const Delivery& delivery) {
@@ -68,6 +63,11 @@ void SimulatedCluster::log(NodeId node, const LogLine& line) const {
       "%12.6f  %s %s%s", static_cast<double>(network_.now_ns()) / 1e9,
       node == kCoordinatorNode ? "coordinator" : absl::StrCat("server ", absl::Hex(node.value)),
       line.tick ? absl::StrCat("tick ", *line.tick, ": ") : "", line.text));
+}
+
+void SimulatedCluster::log_of_clients(const std::string& text) const {
+  if (!options_.log) return;
+  options_.log(absl::StrFormat("%12.6f  client %s", static_cast<double>(network_.now_ns()) / 1e9, text));
 }
 
 LogSink SimulatedCluster::sink_of(NodeId node) const {
@@ -165,6 +165,7 @@ void SimulatedCluster::keep_timer(NodeId node, const NodeClock& clock, std::uint
 
 void SimulatedCluster::run_coordinator() {
   if (!coordinator_) return;
+  const Nanoseconds begin = options_.measures_work ? processor_time_of_thread() : Nanoseconds(0);
   for (const std::function<void()>& request : std::exchange(requests_, {})) request();
   for (const Delivery& delivery : coordinator_link_->receive({})) {
     const v1::ClusterMessage message = parsed(delivery);
@@ -172,6 +173,7 @@ void SimulatedCluster::run_coordinator() {
     coordinator_->receive(delivery.from, message, now());
   }
   coordinator_->advance(now());
+  if (options_.measures_work) measure(kCoordinatorNode, 0, processor_time_of_thread() - begin);
   std::vector<OutgoingMessage> messages = coordinator_->take_messages();
   if (disk_.user_has_ended()) {
     const Dying how = dying_.value_or(Dying{});
@@ -197,6 +199,23 @@ std::uint64_t SimulatedCluster::worked_ns() const {
   return static_cast<std::uint64_t>((processor_time_of_thread() - *work_began_).count());
 }
 
+void SimulatedCluster::measure(NodeId node, Tick tick, Nanoseconds work) {
+  MeasuredWork& longest = node == kCoordinatorNode ? coordinator_work_ : server_work_;
+  if (work > longest.longest) longest = {work, node, tick};
+}
+
+// A round of a tick.
+void SimulatedCluster::do_work(Server& server) {
+  const auto now = server.clock.at(network_.now_ns() + worked_ns());
+  if (!options_.measures_work) return server.machine->proceed(now);
+  const Tick before = server.machine->tick();
+  const Nanoseconds begin = processor_time_of_thread();
+  server.machine->proceed(now);
+  server.work_of_tick += processor_time_of_thread() - begin;
+  measure(server.node, before + 1, server.work_of_tick);
+  if (server.machine->tick() != before) server.work_of_tick = Nanoseconds(0);
+}
+
 // A server that ends by itself is started anew, as its unit would do.
 void SimulatedCluster::run_server(Server& server) {
   const auto now = [&] { return server.clock.at(network_.now_ns() + worked_ns()); };
@@ -206,7 +225,7 @@ void SimulatedCluster::run_server(Server& server) {
     server.machine->receive(delivery.from, parsed(delivery), now());
   }
   server.machine->advance(now());
-  while (server.machine->work_left()) server.machine->proceed(now());
+  while (server.machine->work_left()) do_work(server);
   server.done = server.machine->take_messages();
   const std::uint64_t worked = worked_ns();
   work_began_.reset();
@@ -294,8 +313,9 @@ std::optional<absl::Status> SimulatedCluster::end_of(NodeId server) const {
   return servers_.at(server.value - kFirstServer.value).end;
 }
 
-absl::Status SimulatedCluster::load(const WorldDescription& world) {
+absl::Status SimulatedCluster::load(const WorldDescription& world, bool replace) {
   v1::LoadRequest request;
+  request.set_replace(replace);
   *request.mutable_world() = to_proto(world);
   return call<v1::LoadRequest, v1::LoadReply>(std::move(request)).status();
 }

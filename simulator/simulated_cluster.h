@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,8 +43,19 @@ struct SimulatedClusterOptions {
   // A server is busy for as long as this thread's processor is with what the server does, as if each had a
   // processor of its own: then times are measured, and differ from run to run. Else nothing takes time.
   bool takes_time = false;
-  std::uint32_t all_linked_max = kAllLinkedMax;            // as of SectorServerOptions
+  std::uint32_t all_linked_max = kAllLinkedMax;  // as of SectorServerOptions
+  std::size_t shape_bytes_max = kShapeBytesMax;  // as of CoordinatorOptions
+  // The processor time of each tick is measured.
+  bool measures_work = false;
   std::function<void(NodeId, const v1::Report&)> reports;  // hears what servers report; may be empty
+};
+
+// The most processor time that a process took at a stretch: a server for its part of a tick, with what
+// clients asked of it then, or the coordinator for what had come.
+struct MeasuredWork {
+  Nanoseconds longest{0};
+  NodeId node{};
+  Tick tick = 0;
 };
 
 // How often each kind of fault hit something.
@@ -65,7 +77,7 @@ class SimulatedCluster {
   void end_when(std::function<bool()> is_ended) { is_ended_ = std::move(is_ended); }
 
   // The cluster runs until the answer arrives. DEADLINE_EXCEEDED if no events are left before that.
-  absl::Status load(const WorldDescription& world);
+  absl::Status load(const WorldDescription& world, bool replace = false);
   absl::Status restore(const SnapshotChunks& snapshot);  // in the place of a world that is loaded
   absl::Status step(std::uint64_t ticks);
   struct HashAt {
@@ -86,6 +98,9 @@ class SimulatedCluster {
   Pending<Answer> post(Request request, RequestId id = {});
   template <typename Answer>
   absl::StatusOr<Answer> wait(const Pending<Answer>& pending);
+
+  // Among what the processes log.
+  void log_of_clients(const std::string& text) const;
 
   // Runs at most `count` events.
   void run_events(std::uint64_t count);
@@ -117,7 +132,10 @@ class SimulatedCluster {
   // Why a server ended by itself; nullopt while it runs, or if it crashed.
   std::optional<absl::Status> end_of(NodeId server) const;
   SimNetwork& network() { return network_; }
+  const SimNetwork& network() const { return network_; }
   std::uint64_t events() const { return events_; }
+  const MeasuredWork& server_work() const { return server_work_; }
+  const MeasuredWork& coordinator_work() const { return coordinator_work_; }
 
  private:
   struct Server {
@@ -128,6 +146,7 @@ class SimulatedCluster {
     std::optional<absl::Status> end;           // by itself
     std::uint64_t timer_ns = 0;                // set and not yet expired
     std::uint64_t work_ns = 0;                 // for each message
+    Nanoseconds work_of_tick{0};               // so far, of the one after `machine->tick()`
     std::vector<SectorServer::Outgoing> done;  // to be sent when it has taken its time
   };
 
@@ -153,6 +172,8 @@ class SimulatedCluster {
   void begin_crash_in_recovery();
   void run_server(Server& server);
   void send_done(Server& server);
+  void do_work(Server& server);
+  void measure(NodeId node, Tick tick, Nanoseconds work);
   std::uint64_t worked_ns() const;
   void keep_timer(NodeId node, const NodeClock& clock, std::uint64_t& timer_ns,
                   std::optional<Nanoseconds> deadline);
@@ -162,6 +183,7 @@ class SimulatedCluster {
   // faults.cc
   bool begin(const Fault& fault, std::uint64_t end_ns);
   bool begin_between(const Fault& fault, std::uint64_t end_ns);
+  bool cut_for_good(LastingCut which, std::uint64_t pick);
   bool begin_disk_fault(FaultKind kind, std::uint64_t end_ns);
   bool begin_coordinator_crash(const Fault& fault, std::uint64_t absent_ns);
   bool jump(const Fault& fault);
@@ -193,9 +215,12 @@ class SimulatedCluster {
   std::vector<Fault> armed_;                                    // crashes that wait for a recovery
   std::optional<Dying> dying_;
   std::uint64_t last_dying_ = 0;
-  int full_disks_ = 0;  // at present, as below
+  std::set<NodeId> without_coordinator_;  // servers whose link to it is cut for good
+  int full_disks_ = 0;                    // at present, as below
   int failing_disks_ = 0;
   FaultCounts fault_counts_{};
+  MeasuredWork server_work_;
+  MeasuredWork coordinator_work_;
   absl::Status failure_;
   std::uint64_t events_ = 0;
   std::function<bool()> is_ended_ = [] { return false; };

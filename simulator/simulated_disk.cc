@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "simulator/disk_vfs.h"
-
 namespace tessera {
 namespace {
 
@@ -33,7 +31,7 @@ class MemoryFile final : public Disk::File {
       : disk_(disk), file_(std::move(file)), inode_(std::move(inode)) {}
 
   absl::Status append(std::string_view bytes) override {
-    return status_of(disk_.write(*inode_, inode_->bytes().size(), bytes), file_);
+    return status_of(disk_.append(*inode_, bytes), file_);
   }
   absl::Status sync() override { return status_of(disk_.sync(*inode_), file_); }
 
@@ -61,13 +59,7 @@ class LateWork final : public Disk::Work {
 
 }  // namespace
 
-SimulatedDisk::SimulatedDisk(std::uint64_t seed) : dice_(seed, kDiskStream) {
-  static std::uint64_t count = 0;
-  sqlite_name_ = absl::StrCat("simulated-", ++count);
-  vfs_ = std::make_unique<DiskVfs>(*this, sqlite_name_);
-}
-
-SimulatedDisk::~SimulatedDisk() = default;
+SimulatedDisk::SimulatedDisk(std::uint64_t seed) : dice_(seed, kDiskStream) {}
 
 bool SimulatedDisk::fails() {
   if (has_ended_) return true;
@@ -87,10 +79,6 @@ void SimulatedDisk::begin_user() {
 }
 
 void SimulatedDisk::apply(const Inode::Change& change, std::string& bytes) const {
-  if (change.is_length) {
-    bytes.resize(change.offset);
-    return;
-  }
   const std::size_t end = change.offset + change.bytes.size();
   if (bytes.size() < end) bytes.resize(end);
   bytes.replace(change.offset, change.bytes.size(), change.bytes);
@@ -102,7 +90,7 @@ void SimulatedDisk::settle(Inode& inode) {
     const std::uint64_t fate = dice_.below(3);
     if (fate == 0) {
       ++faults_.forgotten_writes;
-    } else if (fate == 1 || change.is_length) {
+    } else if (fate == 1) {
       apply(change, inode.synced_);
     } else {
       bool any_lost = false;
@@ -142,38 +130,16 @@ SimulatedDisk::InodePtr SimulatedDisk::find(const std::string& name) const {
   return place == names_.end() ? nullptr : place->second;
 }
 
-SimulatedDisk::InodePtr SimulatedDisk::make(const std::string& name) {
-  if (fails()) return nullptr;
-  unsynced_names_.push_back(names_);
-  return names_[name] = std::make_shared<Inode>();
-}
-
-SimulatedDisk::Outcome SimulatedDisk::read(const Inode& inode, std::size_t offset, std::size_t size,
-                                           std::string& bytes) {
+SimulatedDisk::Outcome SimulatedDisk::append(Inode& inode, std::string_view bytes) {
   if (fails()) return Outcome::kFailed;
-  bytes = offset < inode.now_.size() ? inode.now_.substr(offset, size) : std::string();
-  return Outcome::kDone;
-}
-
-SimulatedDisk::Outcome SimulatedDisk::write(Inode& inode, std::size_t offset, std::string_view bytes) {
-  if (fails()) return Outcome::kFailed;
-  Inode::Change change{offset, std::string(bytes)};
-  const bool has_room = !is_full_ || offset + bytes.size() <= inode.now_.size();
-  if (!has_room) {
+  Inode::Change change{inode.now_.size(), std::string(bytes)};
+  if (is_full_) {
     ++faults_.full;
     change.bytes.resize(dice_.below(bytes.size() + 1));  // what there was room for
   }
   apply(change, inode.now_);
   inode.unsynced_.push_back(std::move(change));
-  return has_room ? Outcome::kDone : Outcome::kFull;
-}
-
-SimulatedDisk::Outcome SimulatedDisk::truncate(Inode& inode, std::size_t size) {
-  if (fails()) return Outcome::kFailed;
-  const Inode::Change change{size, {}, /*is_length=*/true};
-  apply(change, inode.now_);
-  inode.unsynced_.push_back(change);
-  return Outcome::kDone;
+  return is_full_ ? Outcome::kFull : Outcome::kDone;
 }
 
 // After a sync that failed, a later one does not help what the failed one has given up.
@@ -195,13 +161,6 @@ SimulatedDisk::Outcome SimulatedDisk::sync_names() {
   return Outcome::kDone;
 }
 
-SimulatedDisk::Outcome SimulatedDisk::remove_name(const std::string& name) {
-  if (fails()) return Outcome::kFailed;
-  unsynced_names_.push_back(names_);
-  names_.erase(name);
-  return Outcome::kDone;
-}
-
 absl::Status SimulatedDisk::make_folder(const std::filesystem::path& folder) {
   return fails() ? status_of(Outcome::kFailed, folder) : absl::OkStatus();
 }
@@ -215,10 +174,15 @@ std::vector<std::filesystem::path> SimulatedDisk::files_in(const std::filesystem
   return files;
 }
 
+absl::StatusOr<std::unique_ptr<Disk::Lock>> SimulatedDisk::lock(const std::filesystem::path& file) {
+  if (fails()) return status_of(Outcome::kFailed, file);
+  return std::make_unique<Lock>();
+}
+
 absl::StatusOr<std::unique_ptr<Disk::File>> SimulatedDisk::create(const std::filesystem::path& file) {
-  InodePtr inode = make(file.string());
-  if (!inode) return status_of(Outcome::kFailed, file);
-  return std::make_unique<MemoryFile>(*this, file, std::move(inode));
+  if (fails()) return status_of(Outcome::kFailed, file);
+  unsynced_names_.push_back(names_);
+  return std::make_unique<MemoryFile>(*this, file, names_[file.string()] = std::make_shared<Inode>());
 }
 
 absl::Status SimulatedDisk::rename(const std::filesystem::path& from, const std::filesystem::path& to) {
@@ -228,15 +192,18 @@ absl::Status SimulatedDisk::rename(const std::filesystem::path& from, const std:
   return status_of(sync_names(), to);
 }
 
-void SimulatedDisk::remove(const std::filesystem::path& file) { remove_name(file.string()); }
+void SimulatedDisk::remove(const std::filesystem::path& file) {
+  if (fails()) return;
+  unsynced_names_.push_back(names_);
+  names_.erase(file.string());
+}
 
 absl::Status SimulatedDisk::read(const std::filesystem::path& file,
                                  const std::function<absl::Status(std::string_view)>& take) {
   const InodePtr inode = find(file.string());
   if (!inode) return absl::NotFoundError(absl::StrCat("cannot read ", file.string()));
-  std::string bytes;
-  const Outcome outcome = read(*inode, 0, inode->now_.size(), bytes);
-  return outcome == Outcome::kDone ? take(bytes) : status_of(outcome, file);
+  if (fails()) return status_of(Outcome::kFailed, file);
+  return take(inode->now_);
 }
 
 std::unique_ptr<Disk::Work> SimulatedDisk::in_background(std::function<absl::Status()> work) {

@@ -26,12 +26,9 @@ struct DiskFaultCounts {
 // what was synced is sure: of everything else any part may be there, in any order, by sectors of 512 bytes.
 // Creations, renamings and removals last in their order, up to any of them that comes after the last sync of
 // a new file or its folder.
-//
-// SQLite uses it through an interface of its own (sqlite3_vfs), which this registers.
 class SimulatedDisk final : public Disk {
  public:
   explicit SimulatedDisk(std::uint64_t seed);
-  ~SimulatedDisk() override;
   SimulatedDisk(const SimulatedDisk&) = delete;
   SimulatedDisk& operator=(const SimulatedDisk&) = delete;
 
@@ -67,11 +64,12 @@ class SimulatedDisk final : public Disk {
   void remove(const std::filesystem::path& file) override;
   absl::Status read(const std::filesystem::path& file,
                     const std::function<absl::Status(std::string_view)>& take) override;
-  const char* sqlite_name() const override { return sqlite_name_.c_str(); }
+  // One process at a time uses it.
+  absl::StatusOr<std::unique_ptr<Lock>> lock(const std::filesystem::path& file) override;
   // It is done after some calls of done(), in the last of them.
   std::unique_ptr<Work> in_background(std::function<absl::Status()> work) override;
 
-  // What SQLite's interface to it uses, too.
+  // What files that are open use, too.
   enum class Outcome { kDone, kFull, kFailed };
 
   class Inode {
@@ -81,11 +79,10 @@ class SimulatedDisk final : public Disk {
    private:
     friend class SimulatedDisk;
 
-    // A change that has not been synced: bytes that were written, or a new length.
+    // A change that has not been synced: bytes that were written.
     struct Change {
       std::size_t offset = 0;
       std::string bytes;
-      bool is_length = false;
     };
 
     std::string now_;
@@ -94,17 +91,14 @@ class SimulatedDisk final : public Disk {
   };
   using InodePtr = std::shared_ptr<Inode>;
 
-  InodePtr find(const std::string& name) const;
-  InodePtr make(const std::string& name);  // null where that fails
-  Outcome read(const Inode& inode, std::size_t offset, std::size_t size, std::string& bytes);
-  Outcome write(Inode& inode, std::size_t offset, std::string_view bytes);
-  Outcome truncate(Inode& inode, std::size_t size);
+  Outcome append(Inode& inode, std::string_view bytes);
   Outcome sync(Inode& inode);
-  Outcome sync_names();
-  Outcome remove_name(const std::string& name);
 
  private:
   using Names = std::map<std::string, InodePtr>;
+
+  InodePtr find(const std::string& name) const;
+  Outcome sync_names();
 
   // Counts an operation; whether it has an error of its own.
   bool fails();
@@ -112,8 +106,6 @@ class SimulatedDisk final : public Disk {
   void apply(const Inode::Change& change, std::string& bytes) const;
 
   Dice dice_;
-  std::string sqlite_name_;
-  std::unique_ptr<class DiskVfs> vfs_;
   Names names_;
   std::vector<Names> unsynced_names_;  // as they were before each change since they were synced
   bool is_full_ = false;

@@ -95,6 +95,28 @@ TEST(SimulatedDisk, AStoreSurvivesTheLossOfPowerAtAnyOperation) {
   }
 }
 
+// Wherever the process ends, the world is in its place or set aside.
+TEST(SimulatedDisk, AWorldIsSetAsideAsAWhole) {
+  for (std::uint64_t operations = 0; operations < 60; ++operations) {
+    SimulatedDisk disk(operations);
+    {
+      const auto store = open_folder_store("store", disk);
+      ASSERT_TRUE((*store)->begin(1, state("w")).ok());
+      ASSERT_TRUE((*store)->append({input(1), input(2)}).ok());
+      disk.end_user_after(operations);
+      (*store)->set_aside("why").IgnoreError();
+      disk.end_user();
+    }
+    disk.lose_power();
+    disk.begin_user();
+    const std::optional<StoredWorld> here = (*open_folder_store("store", disk))->take_stored();
+    const std::optional<StoredWorld> aside =
+        here ? here : (*open_folder_store("store/failed", disk))->take_stored();
+    ASSERT_TRUE(aside) << operations;
+    EXPECT_EQ(aside->inputs.size(), 2u);
+  }
+}
+
 TEST(SimulatedDisk, AStoreGoesOnOnceThereIsRoomAgain) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SimulatedDisk disk(seed);

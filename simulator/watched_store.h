@@ -20,12 +20,22 @@ class StoreHistory {
   void begin(std::uint64_t position) {
     before_ = sure_ = position;
     has_world_ = true;
+    goes_on();
     inputs_.clear();
   }
-  void end() { has_world_ = false; }
+  void end() { has_world_ = is_ending_ = false; }
+  // The process may end before it is told that one of these has happened.
+  void may_begin(std::uint64_t load) { beginning_ = load; }
+  void may_end() { is_ending_ = true; }
+  // It has not.
+  void goes_on() {
+    beginning_.reset();
+    is_ending_ = false;
+  }
 
   // Whether these are stored is known once the store is opened again, or was told.
   void write(std::uint64_t position, const std::vector<v1::StoredInput>& inputs) {
+    goes_on();
     inputs_.resize(position - before_);
     inputs_.insert(inputs_.end(), inputs.begin(), inputs.end());
   }
@@ -33,6 +43,11 @@ class StoreHistory {
 
   // A store was opened, up to `position`. ABORTED where it is not what was written.
   absl::Status opened(const std::optional<StoredWorld>& world, std::uint64_t position) {
+    const bool has_begun = world && beginning_ == world->load;
+    const bool has_ended = !world && is_ending_;
+    goes_on();
+    if (has_begun) begin(position - world->inputs.size());
+    if (has_ended) end();
     if (!has_world_) return absl::OkStatus();
     if (!world) return absl::AbortedError("the store has lost its world");
     if (position < sure_) {
@@ -62,6 +77,8 @@ class StoreHistory {
 
  private:
   bool has_world_ = false;
+  std::optional<std::uint64_t> beginning_;  // its load
+  bool is_ending_ = false;
   std::uint64_t before_ = 0;  // inputs of earlier worlds
   std::uint64_t sure_ = 0;
   std::vector<v1::StoredInput> inputs_;
@@ -81,14 +98,21 @@ class WatchedStore final : public WorldStore {
   std::optional<StoredWorld> take_stored() override { return std::exchange(found_, std::nullopt); }
 
   absl::Status begin(std::uint64_t load, const StoredState& state) override {
+    history_.may_begin(load);
     absl::Status status = store_->begin(load, state);
     if (status.ok()) history_.begin(store_->position());
     return status;
   }
   absl::Status end() override {
+    history_.may_end();
     absl::Status status = store_->end();
     if (status.ok()) history_.end();
     return status;
+  }
+  absl::StatusOr<std::string> set_aside(const std::string& reason) override {
+    absl::StatusOr<std::string> where = store_->set_aside(reason);
+    if (where.ok()) history_.end();
+    return where;
   }
   absl::Status append(const std::vector<v1::StoredInput>& inputs) override {
     history_.write(store_->position(), inputs);

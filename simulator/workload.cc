@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 #include "lpss/simulation/example_worlds.h"
@@ -11,6 +12,7 @@ namespace tessera {
 namespace {
 
 constexpr std::uint32_t kWorkloadStream = 2;
+constexpr std::uint32_t kRequestStreams = 1'000'000;  // that of the first request; others follow
 
 // Maximum distance along an axis of placed bodies from the start of others, m: some overlap, some leave the
 // sector.
@@ -21,7 +23,8 @@ constexpr std::size_t kSnapshotsMax = 3;
 constexpr double kApart = 0.7;  // m, between two new bodies with a joint
 constexpr std::uint64_t kSnapshotEvery = 10;
 constexpr std::uint64_t kListMax = 5;
-constexpr int kTriesMax = 20;  // of a request whose coordinator is lost
+constexpr std::uint64_t kDataMax = 40;  // bytes
+constexpr int kTriesMax = 20;           // of a request whose coordinator is lost
 constexpr std::uint64_t kEventsBetweenTries = 50;
 
 v1::BodyRef by_id(std::uint64_t id) {
@@ -30,22 +33,31 @@ v1::BodyRef by_id(std::uint64_t id) {
   return body;
 }
 
-void drop(std::vector<std::uint64_t>& ids, std::uint64_t id) { std::erase(ids, id); }
+// Two bodies that a joint holds, as spawn_pair() makes them.
+bool is_pair(const KnownWorld::Joint& joint) { return joint.parent != 0; }
 
 }  // namespace
 
-Workload::Workload(std::uint64_t seed, const WorldDescription& world)
-    : dice_(seed, kWorkloadStream), session_(seed + 1), settings_(world.settings) {
+Workload::Workload(std::uint64_t seed, const WorldDescription& world, bool has_extremes)
+    : seed_(seed), has_extremes_(has_extremes), dice_(seed, kWorkloadStream), session_(seed + 1) {
+  known_.settings = world.settings;
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {
     if (world.bodies[i].properties.motion != Motion::kDynamic) continue;
-    dynamic_.push_back(i + 1);
-    places_.push_back(world.bodies[i].pose.position);
+    known_.bodies.push_back({i + 1, world.bodies[i].name, v1::MOTION_DYNAMIC});
+    known_.places.push_back(world.bodies[i].pose.position);
   }
-  if (places_.empty()) places_.push_back({world.anchor, Eigen::Vector3d::Zero()});
+  if (known_.places.empty()) known_.places.push_back({world.anchor, Eigen::Vector3d::Zero()});
 }
 
-absl::Status Workload::give_next(SimulatedCluster& cluster) {
+void Workload::begin_world() {
+  known_.bodies.clear();
+  known_.joints.clear();
+}
+
+absl::Status Workload::give(std::uint32_t place, SimulatedCluster& cluster) {
+  dice_ = Dice(seed_, kRequestStreams + place);
   if (snapshots_.size() < kSnapshotsMax && dice_.one_in(kSnapshotEvery)) return take_snapshot(cluster);
+  if (has_extremes_) return give_any(cluster);
   v1::Request request;
   const std::uint64_t commands = dice_.one_in(3) ? 1 + dice_.below(kListMax) : 1;
   for (std::uint64_t n = 0; n < commands; ++n) add_command(request);
@@ -55,32 +67,46 @@ absl::Status Workload::give_next(SimulatedCluster& cluster) {
 void Workload::add_command(v1::Request& request) {
   using Add = void (Workload::*)(v1::Request&);
   static constexpr Add kOnBodies[] = {
-      &Workload::push,        &Workload::set_velocity, &Workload::apply_force,   &Workload::teleport,
-      &Workload::remove_body, &Workload::burst,        &Workload::set_properties};
+      &Workload::push,        &Workload::set_velocity, &Workload::apply_force,    &Workload::teleport,
+      &Workload::remove_body, &Workload::burst,        &Workload::set_properties, &Workload::set_force};
   constexpr std::uint64_t kKinds = std::size(kOnBodies) + 5;
   const std::uint64_t kind = dice_.below(kKinds);
-  if (kind < std::size(kOnBodies) && !dynamic_.empty()) return (this->*kOnBodies[kind])(request);
-  if (kind == kKinds - 1 && !joints_.empty()) return remove_joint(request);
-  if (kind == kKinds - 2 && !kinematic_.empty()) return set_target(request);
+  const bool has_pairs = std::ranges::any_of(known_.joints, is_pair);
+  if (kind < std::size(kOnBodies) && !dynamic().empty()) return (this->*kOnBodies[kind])(request);
+  if (kind == kKinds - 1 && has_pairs) return remove_joint(request);
+  if (kind == kKinds - 2 && !kinematic().empty()) return set_target(request);
   if (kind == kKinds - 3) return spawn_pair(request);
-  if (kind == kKinds - 4 && !joints_.empty()) return place_pair(request);
+  if (kind == kKinds - 4 && has_pairs) return place_pair(request);
   spawn(request, any_place(), dice_.one_in(4) ? Motion::kKinematic : Motion::kDynamic);
 }
 
 // As a client does: where the answer is lost, the request is made again under its number, and a network may
 // bring it twice.
+Workload::Sent Workload::post(SimulatedCluster& cluster, const v1::Request& request) {
+  Sent sent{.id = {session_, ++last_number_}, .request = request};
+  sent.request.set_number(last_number_);
+  sent.request.set_answered(sent_.empty() ? last_number_ - 1 : sent_.front().id.number - 1);
+  cluster.log_of_clients(sent.request.ShortDebugString());
+  post_again(cluster, sent);
+  counts_.commands += static_cast<std::uint64_t>(request.commands_size());
+  counts_.queries += static_cast<std::uint64_t>(request.queries_size());
+  return sent;
+}
+
+void Workload::post_again(SimulatedCluster& cluster, Sent& sent) {
+  sent.first = cluster.post<v1::Request, v1::Reply>(sent.request, sent.id);
+  sent.again = dice_.one_in(6) ? cluster.post<v1::Request, v1::Reply>(sent.request, sent.id) : sent.first;
+  ++sent.tries;
+}
+
 absl::Status Workload::send(SimulatedCluster& cluster, const v1::Request& request) {
-  v1::Request numbered = request;
-  numbered.set_number(++last_number_);
-  numbered.set_answered(last_number_ - 1);
-  const RequestId id{session_, last_number_};
-  for (int tries = 0;; ++tries) {
-    const auto first = cluster.post<v1::Request, v1::Reply>(numbered, id);
-    const auto again = dice_.one_in(6) ? cluster.post<v1::Request, v1::Reply>(numbered, id) : first;
-    absl::StatusOr<v1::Reply> reply = cluster.wait<v1::Reply>(first);
-    if (!reply.ok() && again != first) reply = cluster.wait<v1::Reply>(again);
+  Sent sent = post(cluster, request);
+  for (;; post_again(cluster, sent)) {
+    absl::StatusOr<v1::Reply> reply = cluster.wait<v1::Reply>(sent.first);
+    if (!reply.ok() && sent.again != sent.first) reply = cluster.wait<v1::Reply>(sent.again);
     if (reply.ok()) take(request, reply->applied());
-    if (!absl::IsUnavailable(reply.status()) || tries == kTriesMax || dice_.one_in(3)) return reply.status();
+    const bool is_lost = absl::IsUnavailable(reply.status());
+    if (!is_lost || sent.tries > kTriesMax || dice_.one_in(3)) return reply.status();
     cluster.run_events(kEventsBetweenTries);
   }
 }
@@ -88,14 +114,35 @@ absl::Status Workload::send(SimulatedCluster& cluster, const v1::Request& reques
 // What it has made.
 void Workload::take(const v1::Request& request, const v1::Applied& applied) {
   for (const v1::Created& created : applied.created()) {
-    const v1::Model& model = request.commands(static_cast<int>(created.command())).spawn().model();
+    const v1::Command& command = request.commands(static_cast<int>(created.command()));
+    if (!command.has_spawn()) continue;
+    const v1::Model& model = command.spawn().model();
     for (std::uint64_t n = 0; n < created.bodies(); ++n) {
-      const bool is_dynamic = model.bodies(static_cast<int>(n)).properties().motion() == v1::MOTION_DYNAMIC;
-      (is_dynamic ? dynamic_ : kinematic_).push_back(created.first_body() + n);
+      const v1::Motion motion = model.bodies(static_cast<int>(n)).properties().motion();
+      known_.bodies.push_back({created.first_body() + n, "", motion});
     }
-    if (created.joints() > 0)
-      joints_.push_back({created.first_joint(), created.first_body(), created.first_body() + 1});
+    for (std::uint64_t n = 0; n < created.joints(); ++n) {
+      const v1::JointProperties& joint = model.joints(static_cast<int>(n)).properties();
+      const std::uint64_t before = created.first_body() - 1;
+      known_.joints.push_back({created.first_joint() + n, "", joint.type(),
+                               joint.parent() == 0 ? 0 : before + joint.parent(), before + joint.child()});
+    }
   }
+}
+
+void Workload::forget_body(std::uint64_t id) {
+  std::erase_if(known_.bodies, [id](const KnownWorld::Body& body) { return body.id == id; });
+  std::erase_if(known_.joints,
+                [id](const KnownWorld::Joint& joint) { return joint.parent == id || joint.child == id; });
+}
+
+// The joint of one.
+std::uint64_t Workload::any_pair() {
+  std::vector<std::uint64_t> pairs;
+  for (const KnownWorld::Joint& joint : known_.joints) {
+    if (is_pair(joint)) pairs.push_back(joint.id);
+  }
+  return any(pairs);
 }
 
 v1::Vector3 Workload::any_vector(double longest) {
@@ -105,15 +152,15 @@ v1::Vector3 Workload::any_vector(double longest) {
 }
 
 WorldPosition Workload::any_place() {
-  const WorldPosition& start = places_[dice_.below(places_.size())];
+  const WorldPosition& start = known_.places[dice_.below(known_.places.size())];
   const Eigen::Vector3d there = start.local + from_proto(any_vector(kAround));
-  const absl::StatusOr<WorldPosition> place = canonical(start.sector, there, settings_.sector_size);
+  const absl::StatusOr<WorldPosition> place = canonical(start.sector, there, known_.settings.sector_size);
   return place.ok() ? *place : start;  // there is nothing beyond the last sector
 }
 
 // Some are equal, and shapes go with the last body that has them.
 v1::Body Workload::any_body(Motion motion, v1::Model& model) {
-  WorldBuilder builder(settings_);
+  WorldBuilder builder(known_.settings);
   const double edge = kEdge * (1 + static_cast<double>(dice_.below(kSizes)) / kSizes);
   const ShapeId shape = builder.shape(dice_.one_in(2) ? Geometry(Box{{edge, edge, edge}}) : Sphere{edge / 2});
   const BodyDescription body = builder.add("", shape, 1, Eigen::Vector3d::Zero(), motion);
@@ -151,31 +198,32 @@ void Workload::spawn_pair(v1::Request& request) {
 }
 
 void Workload::place_pair(v1::Request& request) {
-  const OwnJoint& joint = joints_[dice_.below(joints_.size())];
+  const std::uint64_t id = any_pair();
+  const auto joint = std::ranges::find(known_.joints, id, &KnownWorld::Joint::id);
   v1::SetState& state = *request.add_commands()->mutable_set_state();
   v1::SetState::OfBody& parent = *state.add_bodies();
-  *parent.mutable_body() = by_id(joint.parent);
+  *parent.mutable_body() = by_id(joint->parent);
   *parent.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
   *parent.mutable_angular_velocity() = any_vector(3);
-  state.add_joints()->mutable_joint()->set_id(joint.id);
+  state.add_joints()->mutable_joint()->set_id(id);
+  state.set_keeps_contacts(dice_.one_in(2));
 }
 
 void Workload::remove_body(v1::Request& request) {
-  const std::uint64_t id = any(dynamic_);
+  const std::uint64_t id = any(dynamic());
   *request.add_commands()->mutable_remove()->mutable_body() = by_id(id);
-  drop(dynamic_, id);
-  std::erase_if(joints_, [id](const OwnJoint& joint) { return joint.parent == id || joint.child == id; });
+  forget_body(id);
 }
 
 void Workload::remove_joint(v1::Request& request) {
-  const auto joint = joints_.begin() + static_cast<std::ptrdiff_t>(dice_.below(joints_.size()));
-  request.add_commands()->mutable_remove_joint()->mutable_joint()->set_id(joint->id);
-  joints_.erase(joint);
+  const std::uint64_t id = any_pair();
+  request.add_commands()->mutable_remove_joint()->mutable_joint()->set_id(id);
+  std::erase_if(known_.joints, [id](const KnownWorld::Joint& joint) { return joint.id == id; });
 }
 
 void Workload::push(v1::Request& request) {
   v1::ApplyImpulse& command = *request.add_commands()->mutable_apply_impulse();
-  *command.mutable_body() = by_id(any(dynamic_));
+  *command.mutable_body() = by_id(any(dynamic()));
   *command.mutable_impulse() = any_vector(8);
   *command.mutable_lever() = any_vector(0.2);
 }
@@ -183,20 +231,31 @@ void Workload::push(v1::Request& request) {
 void Workload::burst(v1::Request& request) {
   v1::ApplyRadialImpulse& command = *request.add_commands()->mutable_apply_radial_impulse();
   *command.mutable_centre() = to_proto(any_place());
-  command.set_radius(dice_.between(0.0, settings_.sector_size));
+  command.set_radius(dice_.between(0.0, known_.settings.sector_size));
   command.set_impulse(dice_.between(-4.0, 4.0));
 }
 
 void Workload::set_velocity(v1::Request& request) {
   v1::SetVelocity& command = *request.add_commands()->mutable_set_velocity();
-  *command.mutable_body() = by_id(any(dynamic_));
+  *command.mutable_body() = by_id(any(dynamic()));
   *command.mutable_linear() = any_vector(5);
   *command.mutable_angular() = any_vector(5);
 }
 
+void Workload::set_force(v1::Request& request) {
+  v1::SetForce& command = *request.add_commands()->mutable_set_force();
+  *command.mutable_body() = by_id(any(dynamic()));
+  if (dice_.one_in(3)) return;
+  v1::LastingForce& force = *command.mutable_force();
+  *force.mutable_force() = any_vector(10);
+  *force.mutable_torque() = any_vector(1);
+  force.set_body_axes(dice_.one_in(2));
+}
+
 void Workload::set_properties(v1::Request& request) {
   v1::SetProperties& command = *request.add_commands()->mutable_set_properties();
-  *command.mutable_body() = by_id(any(dynamic_));
+  *command.mutable_body() = by_id(any(dynamic()));
+  if (dice_.one_in(4)) return command.set_user_data(std::string(1 + dice_.below(kDataMax), 'x'));
   command.set_friction(dice_.between(0.0, 1.0));
   command.set_restitution(dice_.between(0.0, 0.5));
   command.set_gravity(!dice_.one_in(8));
@@ -204,7 +263,7 @@ void Workload::set_properties(v1::Request& request) {
 
 void Workload::apply_force(v1::Request& request) {
   v1::ApplyForce& command = *request.add_commands()->mutable_apply_force();
-  *command.mutable_body() = by_id(any(dynamic_));
+  *command.mutable_body() = by_id(any(dynamic()));
   *command.mutable_force() = any_vector(100);
   *command.mutable_torque() = any_vector(10);
 }
@@ -212,13 +271,13 @@ void Workload::apply_force(v1::Request& request) {
 void Workload::teleport(v1::Request& request) {
   v1::Teleport& command = *request.add_commands()->mutable_teleport();
   command.set_alone(true);
-  *command.mutable_body() = by_id(any(dynamic_));
+  *command.mutable_body() = by_id(any(dynamic()));
   *command.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
 }
 
 void Workload::set_target(v1::Request& request) {
   v1::SetKinematicTarget& command = *request.add_commands()->mutable_set_kinematic_target();
-  *command.mutable_body() = by_id(any(kinematic_));
+  *command.mutable_body() = by_id(any(kinematic()));
   *command.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
 }
 

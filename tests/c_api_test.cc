@@ -13,7 +13,7 @@ TEST(CApiTest, KeepsItsPromises) {
   ASSERT_THAT(write_world_message(world, read_world("tower.sdf")), IsOk());
   const Cluster cluster = start_cluster(2);
   ASSERT_TRUE(cluster.client);
-  Program program("c_api_program", {cluster.processes->address(), world.string()});
+  Process program("c_api_program", {cluster.processes->address(), world.string()});
   EXPECT_EQ(program.wait(), 0) << program.output();
   std::filesystem::remove_all(folder);
 }

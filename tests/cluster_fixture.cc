@@ -179,7 +179,7 @@ bool Processes::await_end() const {
                      [](int descriptor) { return cli::wait_readable({descriptor}, kPatience); });
 }
 
-Program::Program(const std::string& name, const std::vector<std::string>& arguments)
+Process::Process(const std::string& name, const std::vector<std::string>& arguments)
     : process_(absl::UnknownError("not started")) {
   const absl::StatusOr<std::filesystem::path> folder = cli::make_temporary_folder();
   EXPECT_THAT(folder.status(), IsOk());
@@ -188,12 +188,12 @@ Program::Program(const std::string& name, const std::vector<std::string>& argume
   EXPECT_THAT(process_.status(), IsOk());
 }
 
-Program::~Program() {
+Process::~Process() {
   std::error_code ignored;
   std::filesystem::remove_all(folder_, ignored);
 }
 
-int Program::wait() {
+int Process::wait() {
   if (!cli::wait_readable({process_->descriptor()}, kPatience)) {
     ADD_FAILURE() << process_->name() << " did not end in time; its output:\n" << output();
     return -1000;
@@ -201,15 +201,15 @@ int Program::wait() {
   return *process_->ended();
 }
 
-bool Program::await_output(const std::string& text) {
+bool Process::await_output(const std::string& text) {
   return await_text(folder_ / "output", process_->descriptor(),
                     [&](const std::string& output) { return output.find(text) != std::string::npos; });
 }
 
-std::string Program::output() const { return text_of(folder_ / "output"); }
+std::string Process::output() const { return text_of(folder_ / "output"); }
 
 Outcome run_tessera(const std::vector<std::string>& arguments) {
-  Program program("tessera", arguments);
+  Process program("tessera", arguments);
   const int code = program.wait();
   return {code, program.output()};
 }

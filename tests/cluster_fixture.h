@@ -69,10 +69,10 @@ class Processes {
 };
 
 // A program from the folder of this one, with its output in a file.
-class Program {
+class Process {
  public:
-  Program(const std::string& name, const std::vector<std::string>& arguments);
-  ~Program();
+  Process(const std::string& name, const std::vector<std::string>& arguments);
+  ~Process();
 
   cli::ChildProcess& process() { return *process_; }
   // Waits for its end. Returns the exit code, or the negative number of a signal.

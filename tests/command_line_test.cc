@@ -97,7 +97,7 @@ TEST_F(RunTest, EnginesOfOtherBuildsAreRefused) {
   const std::filesystem::path build = cli::executable_folder();
   std::filesystem::copy_file(build / "tessera", folder_ / "tessera");
   std::filesystem::copy_file(build / "libengine-of-another-build.so", folder_ / "libtessera-engine-f32.so");
-  Program program((folder_ / "tessera").string(),
+  Process program((folder_ / "tessera").string(),
                   {"run", world_file("tower.sdf").string(), "--in-process", "--seconds", "1"});
   EXPECT_EQ(program.wait(), 1);
   EXPECT_THAT(program.output(), HasSubstr("libtessera-engine-f32.so is of another build of Tessera"));
@@ -188,7 +188,7 @@ TEST(CommandLineTest, UnknownNamesAreToldWithThoseThatThereAre) {
 
 TEST(CommandLineTest, ASignalEndsLongWorkAtOnce) {
   for (const int signal : {SIGINT, SIGTERM}) {
-    Program simulate("tessera", {"simulate", "--ticks", "1", "--seeds", "1000000"});
+    Process simulate("tessera", {"simulate", "--ticks", "1", "--seeds", "1000000"});
     ASSERT_TRUE(simulate.await_output("in one process")) << simulate.output();
     simulate.process().signal(signal);
     EXPECT_EQ(simulate.wait(), kSignalled + signal) << simulate.output();
@@ -226,16 +226,16 @@ TEST(CommandLineTest, FilesThatCannotBeWrittenAreRefusedBeforeAnythingRuns) {
 }
 
 TEST(CommandLineTest, EveryProgramTellsItsVersion) {
-  for (const char* name :
-       {"tessera", "tessera-coordinator", "tessera-experiments", "tessera-sector-server", "tessera-viewer"}) {
-    Program program(name, {"--version"});
+  for (const char* name : {"tessera", "tessera-coordinator", "tessera-experiments", "tessera-gateway",
+                           "tessera-sector-server", "tessera-viewer"}) {
+    Process program(name, {"--version"});
     EXPECT_EQ(program.wait(), 0) << name;
     EXPECT_EQ(program.output(), absl::StrCat(name, " ", TESSERA_VERSION, "\n"));
   }
 }
 
 TEST(CommandLineTest, ExperimentsAreThoseOfTheProgramBeside) {
-  Program program("tessera-experiments", {"--help"});
+  Process program("tessera-experiments", {"--help"});
   EXPECT_EQ(program.wait(), 0);
   const Outcome experiment = run_tessera({"experiment", "--help"});
   EXPECT_EQ(experiment.code, 0);
@@ -275,7 +275,7 @@ TEST_F(RunTest, ConfigShowChecksAFileAndSaysWhatHolds) {
   const Outcome refused = run_tessera({"config", "show", "--config", file});
   EXPECT_EQ(refused.code, 1);
   EXPECT_THAT(refused.output, ::testing::AllOf(HasSubstr("tessera-sector-server"), HasSubstr("'engin'")));
-  EXPECT_EQ(Program("tessera-sector-server", {"--config", file}).wait(), 2);
+  EXPECT_EQ(Process("tessera-sector-server", {"--config", file}).wait(), 2);
 }
 
 TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
@@ -306,6 +306,31 @@ TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
   EXPECT_THAT(tessera({"remove", "late"}), HasSubstr("takes effect"));
   tessera({"shutdown"});
   EXPECT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
+}
+
+TEST_F(RunTest, AStoreIsCheckedAndRepaired) {
+  const std::string store = (folder_ / "store").string();
+  EXPECT_THAT(run_tessera({"store", "check", store}).output, HasSubstr("there is no store"));
+  {
+    cli::LocalClusterOptions options;
+    options.store_folder = store;
+    options.checkpoint_every = absl::Seconds(60);
+    const Cluster cluster = start_cluster(1, options);
+    ASSERT_TRUE(cluster.client);
+    ASSERT_TRUE(cluster.client->load(read_world("tower.sdf")).ok());
+    EXPECT_THAT(run_tessera({"store", "check", store}).output, HasSubstr("uses this store"));
+  }
+  EXPECT_THAT(run_tessera({"store", "check", store}).output,
+              AllOf(HasSubstr("'tower' at tick 0"), HasSubstr("as it was written")));
+  for (const auto& file : std::filesystem::directory_iterator(store)) {
+    if (file.path().extension() == ".mirror") std::filesystem::remove(file);
+  }
+  const Outcome damaged = run_tessera({"store", "check", store});
+  EXPECT_EQ(damaged.code, 1);
+  EXPECT_THAT(damaged.output,
+              AllOf(HasSubstr("it is missing; its copy is whole"), HasSubstr("store repair")));
+  EXPECT_EQ(run_tessera({"store", "repair", store}).code, 0);
+  EXPECT_EQ(run_tessera({"store", "check", store}).code, 0);
 }
 
 TEST(CommandLineTest, AFileOfARequestIsAppliedOrRefusedWithTheReason) {
@@ -388,7 +413,7 @@ TEST_F(TopTest, DataHasEveryBodyInItsSector) {
 }
 
 TEST_F(TopTest, LooksAgainAndAgainUntilItIsInterrupted) {
-  Program live("tessera", top({"--period", "0.1s"}));
+  Process live("tessera", top({"--period", "0.1s"}));
   ASSERT_TRUE(live.await_output("paused  seam, tick 30")) << live.output();
   ASSERT_THAT(client().step(1, kPatience).status(), IsOk());
   ASSERT_TRUE(live.await_output("\n\npaused  seam, tick 31")) << live.output();
@@ -399,7 +424,7 @@ TEST_F(TopTest, LooksAgainAndAgainUntilItIsInterrupted) {
 }
 
 TEST_F(TopTest, EndOfTheClusterIsAFailure) {
-  Program live("tessera", top({"--period", "0.1s"}));
+  Process live("tessera", top({"--period", "0.1s"}));
   ASSERT_TRUE(live.await_output("tick 30")) << live.output();
   ASSERT_THAT(client().shutdown(), IsOk());
   EXPECT_EQ(live.wait(), 1) << live.output();
@@ -420,7 +445,7 @@ TEST_P(HelloTest, RunsAgainstACluster) {
   const Cluster cluster = start_cluster(2);
   ASSERT_TRUE(cluster.client);
   ASSERT_THAT(cluster.client->load(read_world("falling.sdf")).status(), IsOk());
-  Program hello(GetParam(), {cluster.processes->address()});
+  Process hello(GetParam(), {cluster.processes->address()});
   EXPECT_EQ(hello.wait(), 0) << hello.output();
   EXPECT_THAT(hello.output(), HasSubstr("60: "));
 }

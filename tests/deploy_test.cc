@@ -14,6 +14,7 @@
 
 #include "coordinator/options.h"
 #include "daemon/configuration.h"
+#include "gateway/options.h"
 #include "keys/keys_folder.h"
 #include "sector_server/options.h"
 
@@ -38,21 +39,28 @@ struct Daemons {
   Daemons() {
     add_options(coordinator, coordinator_arguments);
     add_options(sector_server, server_arguments);
-    for (CLI::App* app : {&coordinator, &sector_server}) read_configuration(*app);
+    add_options(gateway, gateway_arguments);
+    for (CLI::App* app : {&coordinator, &sector_server, &gateway}) read_configuration(*app);
   }
   void parse(const std::string& file = "") {
-    for (CLI::App* app : {&coordinator, &sector_server}) {
+    for (CLI::App* app : {&coordinator, &sector_server, &gateway}) {
       std::vector<std::string> arguments;
       if (!file.empty()) arguments = {file, "--config"};
       EXPECT_NO_THROW(app->parse(arguments)) << file;
     }
   }
   const CLI::App& named(const std::string& program) const {
+    if (program == kGatewayName) return gateway;
     return program == kCoordinatorName ? coordinator : sector_server;
+  }
+  const std::string& metrics_of(const std::string& program) const {
+    if (program == kGatewayName) return gateway_arguments.metrics_address;
+    return program == kCoordinatorName ? coordinator_arguments.metrics_address
+                                       : server_arguments.metrics_address;
   }
   std::set<std::string> variables() const {
     std::set<std::string> names = {"TESSERA_CONFIG"};
-    for (const CLI::App* app : {&coordinator, &sector_server}) {
+    for (const CLI::App* app : {&coordinator, &sector_server, &gateway}) {
       for (const CLI::Option* option : app->get_options()) names.insert(option->get_envname());
     }
     return names;
@@ -62,12 +70,14 @@ struct Daemons {
   SectorServerArguments server_arguments;
   CLI::App coordinator{"", kCoordinatorName};
   CLI::App sector_server{"", kSectorServerName};
+  GatewayArguments gateway_arguments;
+  CLI::App gateway{"", kGatewayName};
 };
 
 // The options among `words` that follow the name of a daemon.
 void expect_known_options(const std::string& text) {
   const Daemons daemons;
-  static const std::regex call("(tessera-coordinator|tessera-sector-server)\\b([^\n]*)");
+  static const std::regex call("(tessera-coordinator|tessera-sector-server|tessera-gateway)\\b([^\n]*)");
   static const std::regex option("--[a-z-]+");
   for (std::sregex_iterator it(text.begin(), text.end(), call), end; it != end; ++it) {
     const std::string program = (*it)[1];
@@ -91,7 +101,7 @@ TEST(ConfigurationFileTest, IsWhatConfigShowPrints) {
   Daemons daemons;
   daemons.parse();
   EXPECT_EQ(text_of(deploy("tessera.toml")),
-            configuration_text({&daemons.coordinator, &daemons.sector_server}))
+            configuration_text({&daemons.coordinator, &daemons.sector_server, &daemons.gateway}))
       << "update it: tessera config show >deploy/tessera.toml";
 }
 
@@ -114,7 +124,8 @@ TEST(ConfigurationFileTest, WithEveryKeySetSaysTheSame) {
 }
 
 TEST(UnitsTest, KnowTheOptions) {
-  for (const char* unit : {"systemd/tessera-coordinator.service", "systemd/tessera-sector-server@.service"}) {
+  for (const char* unit : {"systemd/tessera-coordinator.service", "systemd/tessera-gateway.service",
+                           "systemd/tessera-sector-server@.service"}) {
     const std::string text = text_of(deploy(unit));
     expect_known_options(text);
     EXPECT_THAT(text, HasSubstr("--config /etc/tessera/tessera.toml"));
@@ -143,7 +154,7 @@ TEST(ComposeTest, ServicesKnowTheOptionsAndOneAnother) {
   expect_known_options(text);
   expect_known_variables(text);
   const YAML::Node compose = YAML::Load(text);
-  for (const char* service : {"coordinator", "sector-server", "prometheus", "grafana"}) {
+  for (const char* service : {"coordinator", "sector-server", "gateway", "prometheus", "grafana"}) {
     ASSERT_TRUE(compose["services"][service]) << service;
   }
   const std::string peers = compose["x-daemon"]["environment"]["TESSERA_PEERS"].as<std::string>();
@@ -169,9 +180,10 @@ class KubernetesTest : public ::testing::Test {
       }
     }
   }
-  // The Deployment and the StatefulSet.
+  // The coordinator, the sector servers and the gateways.
   std::vector<YAML::Node> workloads() {
-    return {objects_["Deployment"]["tessera-coordinator"], objects_["StatefulSet"]["tessera-sector-server"]};
+    return {objects_["Deployment"]["tessera-coordinator"], objects_["StatefulSet"]["tessera-sector-server"],
+            objects_["Deployment"]["tessera-gateway"]};
   }
   static std::map<std::string, int> ports_of(const YAML::Node& container) {
     std::map<std::string, int> ports;
@@ -199,9 +211,7 @@ TEST_F(KubernetesTest, WorkloadsRunDaemonsThatAreProbedWhereTheyServe) {
         EXPECT_NE(daemons.named(program).get_option_no_throw(option), nullptr) << option;
       }
     }
-    const std::string metrics = program == kCoordinatorName ? daemons.coordinator_arguments.metrics_address
-                                                            : daemons.server_arguments.metrics_address;
-    EXPECT_EQ(metrics, absl::StrCat("0.0.0.0:", ports_of(container)["metrics"]));
+    EXPECT_EQ(daemons.metrics_of(program), absl::StrCat("0.0.0.0:", ports_of(container)["metrics"]));
     for (const auto& [probe, path] :
          {std::pair("readinessProbe", "/readyz"), std::pair("livenessProbe", "/healthz")}) {
       EXPECT_EQ(container[probe]["httpGet"]["path"].as<std::string>(), path);
@@ -211,6 +221,29 @@ TEST_F(KubernetesTest, WorkloadsRunDaemonsThatAreProbedWhereTheyServe) {
     EXPECT_TRUE(container["resources"]["requests"]["memory"]);
     expect_known_variables(YAML::Dump(container));
   }
+}
+
+// "8Gi" in bytes.
+std::size_t memory_limit(const YAML::Node& workload) {
+  const std::string limit =
+      workload["spec"]["template"]["spec"]["containers"][0]["resources"]["limits"]["memory"]
+          .as<std::string>();
+  EXPECT_TRUE(absl::EndsWith(limit, "Gi")) << limit;
+  return static_cast<std::size_t>(std::stoi(limit)) << 30;
+}
+
+// By the factors that docs/sizing.md has measured.
+TEST_F(KubernetesTest, PodsHaveTheMemoryThatTheLimitsOfShapesAllow) {
+  constexpr std::size_t kOfServer = 16;
+  constexpr std::size_t kOfCoordinator = 6;
+  constexpr std::size_t kWithoutShapes = std::size_t{512} << 20;
+  Daemons daemons;
+  daemons.parse(deploy("kubernetes/tessera.toml"));
+  const CoordinatorArguments& coordinator = daemons.coordinator_arguments;
+  const std::size_t shapes = coordinator.coordinator.shape_bytes_max;
+  EXPECT_LE(kOfCoordinator * shapes + coordinator.queued_request_bytes_max + kWithoutShapes,
+            memory_limit(workloads()[0]));
+  EXPECT_LE(kOfServer * shapes + kWithoutShapes, memory_limit(workloads()[1]));
 }
 
 TEST_F(KubernetesTest, DaemonsHaveKeysFromASecret) {
@@ -228,8 +261,9 @@ TEST_F(KubernetesTest, DaemonsHaveKeysFromASecret) {
       has_keys = true;
       const std::string secret =
           volumes.at(mount["name"].as<std::string>())["secret"]["secretName"].as<std::string>();
+      const char* folder = secret == "tessera-gateway-keys" ? kGatewayFolder : kDaemonFolder;
       EXPECT_THAT(create,
-                  HasSubstr(absl::StrCat("create secret generic ", secret, " --from-file=keys/daemon")));
+                  HasSubstr(absl::StrCat("create secret generic ", secret, " --from-file=keys/", folder)));
     }
     EXPECT_TRUE(has_keys);
   }
@@ -238,7 +272,9 @@ TEST_F(KubernetesTest, DaemonsHaveKeysFromASecret) {
 TEST_F(KubernetesTest, ThePolicyClosesThePodsButForTheirPorts) {
   const YAML::Node spec = objects_["NetworkPolicy"]["tessera-daemons"]["spec"];
   std::set<std::string> ports;
-  for (const YAML::Node& workload : workloads()) {
+  std::vector<YAML::Node> closed = workloads();
+  closed.pop_back();  // gateways are open
+  for (const YAML::Node& workload : closed) {
     const YAML::Node pod = workload["spec"]["template"];
     EXPECT_THAT(spec["podSelector"]["matchExpressions"][0]["values"].as<std::vector<std::string>>(),
                 Contains(pod["metadata"]["labels"]["app"].as<std::string>()));

@@ -103,6 +103,20 @@ TEST_F(DivergentRunTest, FailsUnlessDivergenceIsAllowed) {
   EXPECT_EQ(same["divergences"], report["divergences"]);
 }
 
+TEST_F(DivergentRunTest, IsNamedInARunFromASnapshot) {
+  const std::string snapshot = (folder_ / "arm.snapshot").string();
+  ASSERT_EQ(run({"--in-process", "--allow-divergence", "--snapshot", snapshot}).first.code, 0);
+  const std::filesystem::path file = folder_ / "report.json";
+  const Outcome outcome = run_tessera({"run", "--from", snapshot, "--in-process", "--allow-divergence",
+                                       "--seconds", "0.5", "--json", file.string()});
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  std::ifstream in(file);
+  const nlohmann::json report = nlohmann::json::parse(in, nullptr, false);
+  ASSERT_FALSE(report["divergences"].empty());
+  EXPECT_EQ(report["divergences"][0]["body_name"], "arm::link");
+  EXPECT_EQ(report["divergences"][0]["joint_name"], "arm::hinge");
+}
+
 TEST_F(DivergentRunTest, IsTheSameOnServers) {
   const auto [alone, of_process] = run({"--in-process", "--allow-divergence"});
   const auto [outcome, of_cluster] = run({"--servers", "2"});

@@ -15,6 +15,7 @@ Prints each page and line that fails; exit code 1 if any does.
 from __future__ import annotations
 
 import re
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -29,9 +30,11 @@ PAGES = [
     TOP / "worlds/README.md",
     TOP / "client_sdk/python/README.md",
 ]
-PROGRAMS = ("tessera", "tessera-coordinator", "tessera-sector-server", "tessera-viewer")
+PROGRAMS = ("tessera", "tessera-coordinator", "tessera-gateway", "tessera-sector-server", "tessera-viewer")
 
-INSTALLED = {"/usr/share/tessera/": "", "/etc/tessera/": "deploy/"}  # where a package installs files of the repository
+# Where a package has what is in the repository, or in the folder in which commands run.
+INSTALLED = {"/usr/share/tessera/": "", "/etc/tessera/": "deploy/", "/var/lib/tessera/": ""}
+STORE = TOP / "tests/golden/stored/4/f32.store"
 PLACEHOLDER = re.compile(r"\b[A-Z]{4,}\b|/path/to/")
 
 # Enough to see that a command works.
@@ -49,6 +52,7 @@ RECORDING = "inputs.rec"
 STAGE_BODIES = {
     "crate": "tessera spawn --name crate --shape box:1,1,1 --at 0,0,5",
     "conveyor": "tessera spawn --name conveyor --shape box:4,1,0.2 --at 0,9,0.1 --kinematic",
+    "walker": "tessera spawn --name walker --shape capsule:0.3,0.8 --at 4,0,1.1 --program character:height=1.1",
     "lift": "tessera spawn --name lift --shape box:2,2,0.1 --at 0,-6,0.1 --kinematic",
 }
 
@@ -195,6 +199,7 @@ def main() -> int:
         scratch = Path(folder)
         for name in ("deploy", "worlds"):
             (scratch / name).symlink_to(TOP / name)
+        shutil.copytree(STORE, scratch / "store")
         (scratch / "tessera.toml").symlink_to(TOP / "deploy/tessera.toml")
         programs = Programs(Path(sys.argv[2]).resolve(), scratch)
         check = Check(programs)

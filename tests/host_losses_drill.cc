@@ -3,6 +3,7 @@
 //   TESSERA_CUTS=20 TESSERA_SLOW_SECONDS=60 TESSERA_SEED=7 build/release/bin/host_losses_drill
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 #include <absl/time/clock.h>
 #include <signal.h>
 
@@ -11,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "tests/standby_cluster.h"
@@ -19,6 +21,8 @@ namespace tessera {
 namespace {
 
 using namespace tessera::testing;
+
+constexpr double kStandstillMax_s = 4;  // two seconds until a cut is found, and what recovery takes
 
 // Of a variable of the environment.
 int number_from(const char* variable, int otherwise) {
@@ -38,13 +42,25 @@ class HostLosses : public StandbyCluster {
     while (absl::Now() < end && !HasFatalFailure()) read_what_is_there(end);
   }
 
+  static std::mt19937 random_from_seed() {
+    const int seed = number_from("TESSERA_SEED", static_cast<int>(std::random_device()() >> 1));
+    std::printf("TESSERA_SEED=%d\n", seed);
+    return std::mt19937(static_cast<std::uint32_t>(seed));
+  }
+
+  void print_gaps(std::vector<double> gaps_s) const {
+    if (gaps_s.empty()) return;
+    std::sort(gaps_s.begin(), gaps_s.end());
+    std::printf("%zu cuts, %zu pushes, %llu ticks; time without ticks: p50 %.2f s, max %.2f s\n",
+                gaps_s.size(), pushes_.size(), static_cast<unsigned long long>(told_),
+                gaps_s[gaps_s.size() / 2], gaps_s.back());
+  }
+
   HostNetwork network_{kHosts};
 };
 
 TEST_F(HostLosses, CutAndHealed) {
-  const int seed = number_from("TESSERA_SEED", static_cast<int>(std::random_device()() >> 1));
-  std::printf("TESSERA_SEED=%d\n", seed);
-  std::mt19937 random(static_cast<std::uint32_t>(seed));
+  std::mt19937 random = random_from_seed();
   std::vector<double> gaps_s;
   for (int cut = 0; cut < number_from("TESSERA_CUTS", 20); ++cut) {
     go_on(20 + random() % 60);
@@ -62,11 +78,49 @@ TEST_F(HostLosses, CutAndHealed) {
     std::fflush(stdout);
   }
   expect_as_undisturbed();
-  std::sort(gaps_s.begin(), gaps_s.end());
-  if (!gaps_s.empty())
-    std::printf("%zu cuts, %zu pushes, %llu ticks; time without ticks: p50 %.2f s, max %.2f s\n",
-                gaps_s.size(), pushes_.size(), static_cast<unsigned long long>(told_),
-                gaps_s[gaps_s.size() / 2], gaps_s.back());
+  print_gaps(std::move(gaps_s));
+}
+
+// One way or both, between a server and another one, all others, or the coordinator that leads.
+TEST_F(HostLosses, ServersCutFromEachOther) {
+  std::mt19937 random = random_from_seed();
+  constexpr std::size_t kServers = 3;
+  std::vector<double> gaps_s;
+  for (int cut = 0; cut < number_from("TESSERA_CUTS", 20); ++cut) {
+    go_on(20 + random() % 60);
+    if (HasFatalFailure()) return;
+    const std::size_t host = kServerHosts + random() % kServers;
+    std::vector<std::size_t> peers;
+    for (std::size_t peer = kServerHosts; peer < kServerHosts + kServers; ++peer) {
+      if (peer != host) peers.push_back(peer);
+    }
+    const std::uint64_t shape = random() % 4;
+    if (shape == 0) peers = {kCoordinatorHosts + leader()};
+    if (shape > 1) peers = {peers[random() % peers.size()]};
+    const std::uint64_t ways = 1 + random() % 3;  // to the peers, from them, both
+    const auto set_cut = [&](bool is_cut) {
+      for (const std::size_t peer : peers) {
+        if ((ways & 1) != 0) network_.cut_way(host, peer, is_cut);
+        if ((ways & 2) != 0) network_.cut_way(peer, host, is_cut);
+      }
+    };
+    const absl::Duration time = absl::Milliseconds(5000 + random() % 8000);
+    longest_gap_ = absl::ZeroDuration();
+    set_cut(true);
+    read_for(time);
+    gaps_s.push_back(absl::ToDoubleSeconds(longest_gap_));
+    set_cut(false);
+    std::printf("host %zu cut %s %s for %.1f s: %.2f s without ticks\n", host,
+                ways == 1   ? "one way to"
+                : ways == 2 ? "one way from"
+                            : "from",
+                absl::StrJoin(peers, ", ").c_str(), absl::ToDoubleSeconds(time), gaps_s.back());
+    std::fflush(stdout);
+    EXPECT_LT(gaps_s.back(), kStandstillMax_s);
+    go_on(60);
+  }
+  expect_as_undisturbed();
+  print_gaps(std::move(gaps_s));
 }
 
 TEST_F(HostLosses, SlowAndLossy) {

@@ -76,6 +76,7 @@ int open_port(std::uint8_t number, const std::string& address) {
 }  // namespace
 
 HostNetwork::HostNetwork(std::size_t hosts) {
+  if (hosts > kHostsMax) throw std::system_error(EINVAL, std::generic_category(), "too many hosts");
   for (std::size_t n = 0; n < hosts; ++n) {
     hosts_.push_back(std::make_unique<Host>());
     std::exception_ptr failure;
@@ -107,6 +108,10 @@ std::string HostNetwork::address(std::size_t host) const { return "10.77.1." + s
 void HostNetwork::enter(std::size_t host) const { must(setns(hosts_[host]->space, CLONE_NEWNET), "setns"); }
 
 void HostNetwork::cut(std::size_t host, bool is_cut) { hosts_[host]->is_cut = is_cut; }
+
+void HostNetwork::cut_way(std::size_t from, std::size_t to, bool is_cut) {
+  hosts_[from]->is_cut_to[to] = is_cut;
+}
 
 void HostNetwork::disturb(std::chrono::milliseconds delay, int lost_of_1000) {
   delay_ms_ = static_cast<int>(delay.count());
@@ -140,6 +145,7 @@ void HostNetwork::run() {
         const bool is_for_all = (buffer[0] & 1) != 0;
         for (std::size_t to = 0; to < hosts_.size(); ++to) {
           if (to == from || (!is_for_all && to != static_cast<std::uint8_t>(buffer[5]))) continue;
+          if (hosts_[from]->is_cut_to[to]) continue;
           if (static_cast<int>(random() % 1000) < lost_of_1000_ || queued.size() >= kQueuedMax) continue;
           queued.push_back({due, to, std::string(buffer.data(), static_cast<std::size_t>(size))});
         }

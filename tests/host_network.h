@@ -16,6 +16,7 @@ namespace tessera::testing {
 class HostNetwork {
  public:
   static constexpr const char* kInterface = "eth0";
+  static constexpr std::size_t kHostsMax = 32;
 
   // Throws std::system_error where the system refuses.
   explicit HostNetwork(std::size_t hosts);
@@ -28,6 +29,8 @@ class HostNetwork {
 
   // Nothing reaches the host, and nothing from it the others, until it is healed.
   void cut(std::size_t host, bool is_cut);
+  // Nothing that the one sends reaches the other.
+  void cut_way(std::size_t from, std::size_t to, bool is_cut);
   // Every packet takes so long, and so many of 1000 are lost.
   void disturb(std::chrono::milliseconds delay, int lost_of_1000);
 
@@ -36,6 +39,7 @@ class HostNetwork {
     int space = -1;  // descriptors of the namespace, and of the switch's end of the interface
     int port = -1;
     std::atomic<bool> is_cut = false;
+    std::array<std::atomic<bool>, kHostsMax> is_cut_to = {};
   };
 
   void run();

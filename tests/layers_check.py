@@ -21,11 +21,12 @@ MAY_INCLUDE = {
     "daemon": "keys lpss proto transport",
     "coordinator": "daemon keys lpss proto transport",
     "sector_server": "daemon keys lpss proto tiles transport",
+    "gateway": "daemon keys lpss proto transport",
     "client_sdk": "daemon keys lpss proto",
     "viewer": "client_sdk daemon keys lpss",
     "ros": "client_sdk daemon lpss transport",
     "simulator": "coordinator lpss proto sector_server transport",
-    "cli": "client_sdk coordinator daemon keys lpss proto sector_server simulator tiles worlds",
+    "cli": "client_sdk coordinator daemon gateway keys lpss proto sector_server simulator tiles worlds",
     "experiments": "cli client_sdk coordinator lpss proto simulator worlds",
 }
 
@@ -44,10 +45,11 @@ CORE_TO_SIMULATION = {
     "bullet": "base engine grid joints model",
     "native": "base bullet collision engine grid islands model solver",
     "partition": "base engine grid ground model",
-    "tick": "base engine grid model partition",
-    "observe": "grid model partition",
-    "snapshot": "base engine grid model partition tick",
-    "simulation": "base engine grid model observe partition snapshot tick",
+    "programs": "base grid model",
+    "tick": "base engine grid model observe partition programs",
+    "observe": "collision grid model partition",
+    "snapshot": "base engine grid model partition programs tick",
+    "simulation": "base engine grid model observe partition programs snapshot tick",
 }
 
 

@@ -44,7 +44,7 @@ TEST(LifecycleTest, SecondCoordinatorIsRefused) {
   ASSERT_TRUE(cluster.client);
   std::vector<std::string> arguments = cluster.processes->identity();
   for (const char* more : {"--listen", "127.0.0.1:0", "--exit-with-parent"}) arguments.emplace_back(more);
-  Program second("tessera-coordinator", arguments);
+  Process second("tessera-coordinator", arguments);
   EXPECT_EQ(second.wait(), 1);
   EXPECT_THAT(second.output(), ::testing::HasSubstr(cluster.processes->address()));
   EXPECT_THAT(cluster.client->load(read_world("falling.sdf")).status(), IsOk());
@@ -125,7 +125,7 @@ class UpTest : public ::testing::Test {
     EXPECT_EQ(daemons_->ids().size(), 4u) << "a coordinator, two servers, the web UI";
   }
 
-  Program up_{"tessera", {"up", "--listen", "127.0.0.1:0", "--servers", "2", "--threads", "1"}};
+  Process up_{"tessera", {"up", "--listen", "127.0.0.1:0", "--servers", "2", "--threads", "1"}};
   std::optional<Processes> daemons_;
 };
 
@@ -153,7 +153,7 @@ TEST_F(UpTest, ALostServerIsReplaced) {
 }
 
 TEST(UpWithoutReplacement, LostDaemonEndsAllWithAnError) {
-  Program up("tessera", {"up", "--listen", "127.0.0.1:0", "--no-page", "--no-replacement"});
+  Process up("tessera", {"up", "--listen", "127.0.0.1:0", "--no-page", "--no-replacement"});
   ASSERT_TRUE(up.await_output("a cluster is up")) << up.output();
   const Processes daemons(children_of(up.process().pid()));
   kill(daemons.ids()[2], SIGKILL);

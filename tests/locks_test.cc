@@ -141,13 +141,13 @@ TEST(LockedPageTest, BrowsersShowATokenAndHaveItsRole) {
 TEST(BeyondLoopbackTest, DaemonsWithoutKeysDoNotStart) {
   for (const char* daemon : {"tessera-coordinator", "tessera-sector-server"}) {
     for (const char* option : {"--listen", "--metrics-address"}) {
-      Program refused(daemon, {option, "0.0.0.0:0"});
+      Process refused(daemon, {option, "0.0.0.0:0"});
       EXPECT_EQ(refused.wait(), 1);
       EXPECT_THAT(refused.output(), HasSubstr("tessera keys create"));
       EXPECT_THAT(refused.output(), HasSubstr("insecure = true"));
     }
   }
-  Program up("tessera", {"up", "--listen", "0.0.0.0:0", "--no-page"});
+  Process up("tessera", {"up", "--listen", "0.0.0.0:0", "--no-page"});
   EXPECT_EQ(up.wait(), 1);
   EXPECT_THAT(up.output(), HasSubstr("tessera keys create"));
 }
@@ -158,7 +158,7 @@ TEST(BeyondLoopbackTest, DaemonsStartWithKeysOrWhereInsecurityIsWrittenDown) {
        {std::vector<std::string>{"--insecure"}, {"--keys", keys.folder().string()}}) {
     std::vector<std::string> arguments = {"up", "--listen", "0.0.0.0:0", "--no-page"};
     arguments.insert(arguments.end(), locks.begin(), locks.end());
-    Program up("tessera", arguments);
+    Process up("tessera", arguments);
     EXPECT_TRUE(up.await_output("a cluster is up")) << up.output();
     up.process().signal(SIGINT);
     up.wait();

@@ -31,6 +31,9 @@ constexpr const char* kCoordinatorMetrics[] = {"tessera_build_info",
                                                "tessera_coordinator_servers_slow",
                                                "tessera_store_failing",
                                                "tessera_store_waiting",
+                                               "tessera_role_requests_total",
+                                               "tessera_role_refused_total",
+                                               "tessera_role_work_seconds_total",
                                                "tessera_world_state",
                                                "tessera_world_info",
                                                "tessera_world_ticks_total",
@@ -40,6 +43,7 @@ constexpr const char* kCoordinatorMetrics[] = {"tessera_build_info",
                                                "tessera_world_bodies",
                                                "tessera_world_map_epoch",
                                                "tessera_world_recoveries_total",
+                                               "tessera_world_servers_cut_off_total",
                                                "process_cpu_seconds_total",
                                                "process_resident_memory_bytes",
                                                "process_resident_memory_max_bytes",
@@ -157,7 +161,7 @@ class Scrape {
 };
 
 // The text after `before` in the daemon's output, up to the next of these characters.
-std::string said(Program& daemon, const std::string& before, const char* end) {
+std::string said(Process& daemon, const std::string& before, const char* end) {
   EXPECT_TRUE(daemon.await_output(before)) << daemon.output();
   const std::string output = daemon.output();
   const std::size_t begin = output.find(before) + before.size();
@@ -166,7 +170,7 @@ std::string said(Program& daemon, const std::string& before, const char* end) {
 
 class MetricsTest : public ::testing::Test {
  protected:
-  std::unique_ptr<Program> start(const std::string& name, std::vector<std::string> more) {
+  std::unique_ptr<Process> start(const std::string& name, std::vector<std::string> more) {
     for (const std::string& argument :
          {std::string("--cluster"), "metrics-" + std::to_string(getpid()), std::string("--domain"),
           std::to_string(1 + getpid() % 99), std::string("--listen"), std::string("127.0.0.1:0"),
@@ -174,7 +178,7 @@ class MetricsTest : public ::testing::Test {
           std::string("json"), std::string("--exit-with-parent")}) {
       more.push_back(argument);
     }
-    return std::make_unique<Program>(name, more);
+    return std::make_unique<Process>(name, more);
   }
   void start_servers() {
     for (int i = 0; i < 2; ++i) servers_.push_back(start("tessera-sector-server", {"--threads", "1"}));
@@ -182,11 +186,11 @@ class MetricsTest : public ::testing::Test {
       ASSERT_TRUE(server->await_output("has accepted this server")) << server->output();
     }
   }
-  static std::string monitor_of(Program& daemon) { return said(daemon, "metrics on http://", "/"); }
-  static Scrape scrape(Program& daemon) { return Scrape(http_get(monitor_of(daemon), "/metrics").body); }
+  static std::string monitor_of(Process& daemon) { return said(daemon, "metrics on http://", "/"); }
+  static Scrape scrape(Process& daemon) { return Scrape(http_get(monitor_of(daemon), "/metrics").body); }
 
-  std::unique_ptr<Program> coordinator_ = start("tessera-coordinator", {"--servers", "2"});
-  std::vector<std::unique_ptr<Program>> servers_;
+  std::unique_ptr<Process> coordinator_ = start("tessera-coordinator", {"--servers", "2"});
+  std::vector<std::unique_ptr<Process>> servers_;
 };
 
 TEST_F(MetricsTest, DaemonsSayWhetherTheyAreReadyAndWhatTheyDo) {
@@ -259,7 +263,7 @@ TEST_F(MetricsTest, LogsAreObjectsWithTheTickWhereThereIsOne) {
 
 TEST_F(MetricsTest, AddressThatIsTakenIsNamed) {
   const std::string taken = monitor_of(*coordinator_);
-  Program late("tessera-sector-server", {"--metrics-address", taken, "--domain", "99", "--cluster", "none"});
+  Process late("tessera-sector-server", {"--metrics-address", taken, "--domain", "99", "--cluster", "none"});
   EXPECT_EQ(late.wait(), 1);
   EXPECT_THAT(late.output(), HasSubstr(taken));
 }

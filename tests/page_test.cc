@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 TEST(PageTest, UpWithAWorldNamesItsPageAndEndsWithIt) {
-  Program up("tessera", {"up", world_file("tower.sdf").string(), "--shift", "2^62,0,0", "--listen",
+  Process up("tessera", {"up", world_file("tower.sdf").string(), "--shift", "2^62,0,0", "--listen",
                          "127.0.0.1:0", "--page", "127.0.0.1:0"});
   ASSERT_TRUE(up.await_output("11 bodies in 1 sectors, paused")) << up.output();
   EXPECT_THAT(up.output(), HasSubstr("see it in a browser: http://127.0.0.1:"));
@@ -26,7 +26,7 @@ TEST(PageTest, UpWithAWorldNamesItsPageAndEndsWithIt) {
 }
 
 TEST(PageTest, ClusterGoesOnWithoutItsPage) {
-  Program up("tessera", {"up", "--listen", "127.0.0.1:0", "--page", "127.0.0.1:0"});
+  Process up("tessera", {"up", "--listen", "127.0.0.1:0", "--page", "127.0.0.1:0"});
   ASSERT_TRUE(up.await_output("try: tessera load")) << up.output();
   const std::vector<pid_t> children = children_of(up.process().pid());
   ASSERT_EQ(children.size(), 4u);
@@ -40,17 +40,17 @@ TEST(PageTest, ClusterGoesOnWithoutItsPage) {
 }
 
 TEST(PageTest, PortInUseIsAnErrorOnlyWhereItWasAskedFor) {
-  Program first("tessera", {"up", "--listen", "127.0.0.1:0", "--page", "127.0.0.1:0"});
+  Process first("tessera", {"up", "--listen", "127.0.0.1:0", "--page", "127.0.0.1:0"});
   ASSERT_TRUE(first.await_output("try: tessera load")) << first.output();
   const std::string output = first.output();
   const std::size_t at = output.find("http://") + 7;
   const std::string address = output.substr(at, output.find('/', at) - at);
 
-  Program second("tessera", {"up", "--listen", "127.0.0.1:0", "--page", address});
+  Process second("tessera", {"up", "--listen", "127.0.0.1:0", "--page", address});
   EXPECT_EQ(second.wait(), 1);
   EXPECT_THAT(second.output(), HasSubstr(absl::StrCat("cannot listen on ", address)));
 
-  Program third("tessera", {"up", "--listen", "127.0.0.1:0", "--no-page"});
+  Process third("tessera", {"up", "--listen", "127.0.0.1:0", "--no-page"});
   ASSERT_TRUE(third.await_output("try: tessera load")) << third.output();
   EXPECT_THAT(third.output(), Not(HasSubstr("http://")));
 }

@@ -123,7 +123,7 @@ TEST_F(RosTest, BodiesFarAwayAreNearTheirSectorAndWhereTheStreamSays) {
   const BodyId ball = client.find("tower::ball").value().id;
 
   const dds_entity_t transforms = read_transforms();
-  const Program ros("tessera-ros", {"--connect", cluster.processes->address(), "--sector", "2^62,-2^62,0",
+  const Process ros("tessera-ros", {"--connect", cluster.processes->address(), "--sector", "2^62,-2^62,0",
                                     "--reach", "20", "--rate", "1000", "--frame", "map"});
   const std::unique_ptr<BodyStream> stream = client.watch_bodies({.ids = {ball}}, kPatience).value();
   for (Tick tick = 0; tick <= kTicks; ++tick) {
@@ -157,7 +157,7 @@ TEST_F(RosTest, ClockGoesOnAndBeginsAgainWithTheWorld) {
   const Cluster cluster = start_cluster(1);
   ASSERT_TRUE(cluster.client);
   const dds_entity_t clock = read_clock();
-  Program ros("tessera-ros",
+  Process ros("tessera-ros",
               {"--connect", cluster.processes->address(), "--bodies", "nobody", "--rate", "1000"});
   ASSERT_THAT(cluster.client->load(world).status(), IsOk());
   ASSERT_THAT(cluster.client->resume().status(), IsOk());
@@ -180,13 +180,13 @@ TEST_F(RosTest, ClockGoesOnAndBeginsAgainWithTheWorld) {
 }
 
 TEST_F(RosTest, WhatCannotBeIsTold) {
-  Program nobody("tessera-ros", {"--connect", "127.0.0.1:1"});
+  Process nobody("tessera-ros", {"--connect", "127.0.0.1:1"});
   EXPECT_EQ(nobody.wait(), 1);
   EXPECT_THAT(nobody.output(), HasSubstr("127.0.0.1:1"));
-  Program range("tessera-ros", {"--rate", "0"});
+  Process range("tessera-ros", {"--rate", "0"});
   EXPECT_EQ(range.wait(), 2);
   EXPECT_THAT(range.output(), HasSubstr("--rate"));
-  Program both("tessera-ros", {"--reach", "10", "--bodies", "ball"});
+  Process both("tessera-ros", {"--reach", "10", "--bodies", "ball"});
   EXPECT_EQ(both.wait(), 2);
   EXPECT_THAT(both.output(), HasSubstr("--bodies"));
 }

@@ -13,8 +13,10 @@
 #include <cstdlib>
 #include <map>
 #include <random>
+#include <utility>
 #include <vector>
 
+#include "lpss/simulation/example_programs.h"
 #include "simulator/scenario.h"
 
 namespace tessera {
@@ -66,6 +68,8 @@ FaultNumbers some(std::initializer_list<std::pair<FaultKind, std::uint32_t>> kin
 // Runs scenarios like the given one, with other seeds, on 1 to 4 servers, or on 4 to 12 with links.
 class Scenarios : public Seeds {
  protected:
+  explicit Scenarios(WorldDescription world = corner_pile()) : runner_(std::move(world)) {}
+
   void expect_all_right(std::uint64_t count, const Scenario& scenario) {
     for_seeds(count, [&](std::uint64_t seed) { expect_right(seed, scenario); });
   }
@@ -73,7 +77,7 @@ class Scenarios : public Seeds {
     for_same_seeds(count, [&](std::uint64_t seed) { expect_right(seed, scenario); });
   }
 
-  ScenarioRunner runner_{corner_pile()};
+  ScenarioRunner runner_;
 
  private:
   void expect_right(std::uint64_t seed, Scenario scenario) {
@@ -89,8 +93,35 @@ TEST_F(Scenarios, AnyDelayAndOrderOfMessagesEndsInTheSameBits) { expect_all_righ
 
 TEST_F(Scenarios, CommandsOfClientsHaveTheSameBitsOnAnyServers) { expect_all_right(20, {.commands = 20}); }
 
+TEST_F(Scenarios, NorDoCommandsAndQueriesOfEveryKind) {
+  expect_same_right(10, {.commands = 40, .extremes = true});
+}
+
+TEST_F(Scenarios, NorDoTheyInTheMidstOfEverything) {
+  Scenario scenario{.commands = 30, .extremes = true};
+  scenario.faults.fill(1);
+  expect_same_right(10, scenario);
+}
+
 TEST_F(Scenarios, CutsOfAnyLengthChangeNothing) {
   expect_all_right(20, {.commands = 10, .faults = some({{FaultKind::kCut, 3}})});
+}
+
+TEST_F(Scenarios, CutsForGoodChangeNothing) {
+  expect_all_right(30, {.commands = 10, .faults = some({{FaultKind::kLastingCut, 1}})});
+  expect_all_right(20, {.commands = 10, .faults = some({{FaultKind::kLastingCut, 3}})});
+  expect_all_right(10, {.links = true, .commands = 10, .faults = some({{FaultKind::kLastingCut, 3}})});
+}
+
+TEST_F(Scenarios, NorDoTheyInTheMidstOfFaults) {
+  expect_all_right(20, {.commands = 10,
+                        .faults = some({{FaultKind::kLastingCut, 2},
+                                        {FaultKind::kCut, 1},
+                                        {FaultKind::kStop, 1},
+                                        {FaultKind::kCrash, 1},
+                                        {FaultKind::kCoordinatorCrash, 1},
+                                        {FaultKind::kJoin, 1},
+                                        {FaultKind::kDrain, 1}})});
 }
 
 TEST_F(Scenarios, CrashesChangeNothing) {
@@ -99,6 +130,30 @@ TEST_F(Scenarios, CrashesChangeNothing) {
 
 TEST_F(Scenarios, NorDoesTheLossOfMostServers) {
   expect_all_right(20, {.commands = 10, .faults = some({{FaultKind::kCrash, 6}})});
+}
+
+// Programs are as safe from loss as bodies: commands of clients meet theirs.
+class ProgramScenarios : public Scenarios {
+ protected:
+  ProgramScenarios() : Scenarios(crowd_world(small_sectors())) {}
+
+ private:
+  static WorldSettings small_sectors() {
+    WorldSettings settings;
+    settings.sector_size = 8;
+    return settings;
+  }
+};
+
+TEST_F(ProgramScenarios, FaultsChangeNothing) {
+  expect_all_right(290, {.commands = 15,
+                         .faults = some({{FaultKind::kLastingCut, 1},
+                                         {FaultKind::kCut, 1},
+                                         {FaultKind::kCrash, 1},
+                                         {FaultKind::kCoordinatorCrash, 1},
+                                         {FaultKind::kJoin, 1},
+                                         {FaultKind::kDrain, 1}})});
+  expect_all_right(10, {.links = true, .commands = 10, .faults = some({{FaultKind::kCrash, 1}})});
 }
 
 TEST_F(Scenarios, CrashesOfTheCoordinatorChangeNothing) {
@@ -158,7 +213,7 @@ TEST_F(Scenarios, NorDoServersThatJoinAndLeave) {
   expect_all_right(20, {.commands = 20, .faults = some({{FaultKind::kJoin, 2}, {FaultKind::kDrain, 2}})});
 }
 
-TEST_F(Scenarios, NorDoTheyInTheMidstOfFaults) {
+TEST_F(Scenarios, NorDoThoseThatDoSoInTheMidstOfFaults) {
   expect_all_right(20, {.commands = 20,
                         .faults = some({{FaultKind::kJoin, 2},
                                         {FaultKind::kDrain, 2},
@@ -239,6 +294,7 @@ class Faults : public Seeds {
                     .node = node,
                     .peer = peer}});
     const absl::Status stepped = cluster_.step(kTicks);
+    stepped_ns_ = cluster_.network().now_ns();
     cluster_.outlast_faults();
     cluster_.run_events(100);  // messages that were held back arrive
     return stepped;
@@ -248,6 +304,19 @@ class Faults : public Seeds {
     ASSERT_TRUE(hash.ok()) << hash.status();
     EXPECT_EQ(hash->hash, *Checker(corner_pile()).untouched_hash(kTicks)) << "seed " << seed();
   }
+  // The one that was given up joins again.
+  void expect_both_take_part() {
+    const auto taking_part = [this] {
+      const auto status = cluster_.status();
+      return std::ranges::count_if(status->servers(),
+                                   [](const v1::ServerStatus& server) { return server.takes_part(); });
+    };
+    for (int n = 0; n < 1000 && taking_part() < 2; ++n) cluster_.run_events(10);
+    EXPECT_EQ(taking_part(), 2) << "seed " << seed();
+  }
+
+  static constexpr std::uint64_t kFoundNs = 2'500'000'000;  // by then, what is cut off is done without
+  std::uint64_t stepped_ns_ = 0;
   SimulatedCluster cluster_{seed(), 2, Precision::kFloat32};
   NodeId first_ = cluster_.servers()[0];
   NodeId second_ = cluster_.servers()[1];
@@ -259,9 +328,54 @@ TEST_F(Faults, AServerThatIsCutOffForAMomentIsTakenBack) {
   expect_right_bits();
 }
 
-TEST_F(Faults, ServersWaitForEachOtherHoweverLong) {
+TEST_F(Faults, ServersWaitForEachOtherForAMoment) {
+  EXPECT_TRUE(step_through_cut(first_, second_, milliseconds(900)).ok());
+  EXPECT_EQ(cluster_.status()->recoveries(), 0u);
+  expect_right_bits();
+}
+
+TEST_F(Faults, TheWorldGoesOnWithoutAServerThatAnotherOneDoesNotHear) {
   EXPECT_TRUE(step_through_cut(first_, second_, seconds(100)).ok());
-  EXPECT_GT(cluster_.network().now_ns(), 100'000'000'000u) << "the world waited for it";
+  EXPECT_LT(stepped_ns_, kFoundNs);
+  expect_right_bits();
+  const auto status = cluster_.status();
+  EXPECT_EQ(status->recoveries(), 1u);
+  EXPECT_EQ(status->cut_off_servers(), 1u);
+  ASSERT_EQ(status->cut_off_size(), 1);
+  EXPECT_EQ(status->cut_off(0).node(), second_.value) << "of two, the one with the larger node";
+  EXPECT_THAT(status->cut_off(0).unheard_by(), ::testing::ElementsAre(first_.value));
+  EXPECT_GE(status->cut_off(0).seconds(), 1);
+  expect_both_take_part();
+}
+
+// Whichever does not hear the other.
+TEST_F(Faults, NorDoesACutOneWayStopIt) {
+  for (const auto& [from, to] : {std::pair(first_, second_), std::pair(second_, first_)}) {
+    cluster_.network().cut_one_way(from, to);
+    const std::uint64_t begin_ns = cluster_.network().now_ns();
+    EXPECT_TRUE(cluster_.step(kTicks / 2).ok());
+    EXPECT_LT(cluster_.network().now_ns(), begin_ns + kFoundNs);
+    cluster_.network().heal(from, to);
+    expect_both_take_part();
+  }
+  EXPECT_EQ(cluster_.status()->cut_off_servers(), 2u);
+}
+
+TEST_F(Faults, AServerThatDoesNotHearTheCoordinatorIsDoneWithout) {
+  cluster_.network().cut_one_way(kCoordinatorNode, second_);
+  EXPECT_TRUE(cluster_.step(kTicks).ok());
+  EXPECT_LT(cluster_.network().now_ns(), kFoundNs);
+  expect_right_bits();
+  cluster_.network().heal(kCoordinatorNode, second_);
+  expect_both_take_part();
+}
+
+TEST_F(Faults, AServerThatComputesForLongIsWaitedFor) {
+  constexpr std::uint64_t kLongNs = 6'000'000'000;
+  cluster_.network().keep_busy(second_, cluster_.network().now_ns() + kLongNs);
+  EXPECT_TRUE(cluster_.step(kTicks).ok());
+  EXPECT_GT(cluster_.network().now_ns(), kLongNs);
+  EXPECT_EQ(cluster_.status()->recoveries(), 0u);
   expect_right_bits();
 }
 
@@ -271,9 +385,8 @@ TEST_F(Faults, AServerThatIsCutOffForLongerIsReplacedAndJoinsAnew) {
   EXPECT_EQ(cluster_.end_of(first_), std::nullopt);
   EXPECT_EQ(cluster_.end_of(second_), std::nullopt);
   EXPECT_TRUE(cluster_.step(1).ok());
-  const auto status = cluster_.status();
-  EXPECT_EQ(status->recoveries(), 1u) << "without it; nobody goes back for one that joins";
-  for (const v1::ServerStatus& server : status->servers()) EXPECT_TRUE(server.takes_part()) << server.node();
+  EXPECT_EQ(cluster_.status()->recoveries(), 1u) << "without it; nobody goes back for one that joins";
+  expect_both_take_part();
 }
 
 TEST_F(Faults, AKilledServerIsDoneWithout) {

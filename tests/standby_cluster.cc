@@ -21,16 +21,22 @@ namespace {
 constexpr absl::Duration kLookAgain = absl::Milliseconds(20);
 
 // A port of loopback that nobody listens on now.
+// Below those that the system gives to whoever wants any, so that nobody takes it before it is used.
 int free_port() {
-  const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  EXPECT_EQ(bind(descriptor, reinterpret_cast<sockaddr*>(&address), size), 0);
-  EXPECT_EQ(getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size), 0);
-  close(descriptor);
-  return ntohs(address.sin_port);
+  constexpr int kFirst = 10'000;
+  constexpr int kPorts = 20'000;
+  static int next = getpid() * 97 % kPorts;
+  for (;;) {
+    const int port = kFirst + next++ % kPorts;
+    const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    const bool is_free = bind(descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
+    close(descriptor);
+    if (is_free) return port;
+  }
 }
 
 std::string text_in(const std::filesystem::path& file) {
@@ -46,16 +52,17 @@ void StandbyCluster::start_all(const HostNetwork* network, const std::filesystem
   folder_ = *cli::make_temporary_folder();
   etcd_url_ = absl::StrCat(keys.empty() ? "http://" : "https://", address(kEtcdHost, 2379));
   etcd_peer_url_ = absl::StrCat("http://", address(kEtcdHost, 2380));
-  start_etcd();
+  if (has_etcd_) start_etcd();
   for (const std::size_t place : {0, 1}) {
+    if (stores_[place].empty()) stores_[place] = folder_ / absl::StrCat("store-", place);
     addresses_[place] = address(kCoordinatorHosts + place, 7300);
-    start_coordinator(place);
+    if (has_etcd_ || place == 0) start_coordinator(place);
   }
   servers_.resize(3);
   for (std::size_t place = 0; place < servers_.size(); ++place) start_server(place);
   if (network_ != nullptr) network_->enter(kClientHost);
-  absl::StatusOr<std::unique_ptr<Client>> client =
-      Client::connect(absl::StrCat(addresses_[0], ",", addresses_[1]), kPatience, keys_folder_);
+  const std::string all = has_etcd_ ? absl::StrCat(addresses_[0], ",", addresses_[1]) : addresses_[0];
+  absl::StatusOr<std::unique_ptr<Client>> client = Client::connect(all, patience_, keys_folder_);
   ASSERT_THAT(client.status(), IsOk());
   client_ = *std::move(client);
   begin(*client_);
@@ -130,23 +137,29 @@ void StandbyCluster::start_etcd() {
 }
 
 void StandbyCluster::start_coordinator(std::size_t place) {
+  std::vector<std::string> arguments = of_cluster(
+      {"--store", stores_[place].string(), "--listen", addresses_[place], "--servers", "3",
+       "--checkpoint-every", "0.2", "--join-timeout", absl::StrCat(absl::ToInt64Seconds(patience_))});
+  if (has_etcd_)
+    arguments.insert(arguments.end(), {"--etcd", etcd_url_, "--leader-lease", absl::StrCat(lease_seconds_)});
   coordinators_[place] =
-      start(kCoordinatorHosts + place, cli::executable_folder() / "tessera-coordinator",
-            of_cluster({"--etcd", etcd_url_, "--leader-lease", absl::StrCat(lease_seconds_), "--store",
-                        (folder_ / absl::StrCat("store-", place)).string(), "--listen", addresses_[place],
-                        "--servers", "3", "--checkpoint-every", "0.2", "--join-timeout",
-                        absl::StrCat(absl::ToInt64Seconds(kPatience))}));
+      start(kCoordinatorHosts + place, cli::executable_folder() / "tessera-coordinator", arguments);
   coordinator_logs_[place] = logs_.back();
 }
 
 void StandbyCluster::start_server(std::size_t place) {
-  const std::string listen =
-      network_ != nullptr ? address(kServerHosts + place, 7301) : std::string("127.0.0.1:0");
+  const std::string listen = network_ != nullptr ? server_address(place) : std::string("127.0.0.1:0");
   servers_[place] = start(kServerHosts + place, cli::executable_folder() / "tessera-sector-server",
-                          of_cluster({"--threads", "1", "--listen", listen}));
+                          of_cluster({"--threads", "1", "--listen", listen, "--join-timeout",
+                                      absl::StrCat(absl::ToInt64Seconds(patience_))}));
+}
+
+std::string StandbyCluster::server_address(std::size_t place) const {
+  return address(kServerHosts + place, 7301);
 }
 
 std::size_t StandbyCluster::leader() const {
+  if (!has_etcd_) return 0;
   constexpr std::string_view kLeads = "leads (epoch ";
   const auto last_epoch = [&](std::size_t place) {
     const std::string log = text_in(coordinator_logs_[place]);

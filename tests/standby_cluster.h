@@ -33,6 +33,10 @@ class StandbyCluster : public WatchedRun {
   void start_coordinator(std::size_t place);
   void start_server(std::size_t place);
 
+  std::string server_address(std::size_t place) const;  // of its streams; with a network
+  // What the daemons and etcd have said, by start.
+  const std::vector<std::filesystem::path>& logs() const { return logs_; }
+
   // Which coordinator leads: the last that said so.
   std::size_t leader() const;
   // How much the coordinator at `place` has said.
@@ -41,6 +45,9 @@ class StandbyCluster : public WatchedRun {
   void await(std::size_t place, const std::string& text, std::size_t before);
 
   int lease_seconds_ = 2;  // of the coordinator that leads
+  bool has_etcd_ = true;   // otherwise the first coordinator is alone, with its store
+  // Of coordinators, by place; empty: in a temporary folder.
+  std::array<std::filesystem::path, 2> stores_;
   std::string etcd_url_;
   std::array<std::optional<cli::ChildProcess>, 2> coordinators_;
   std::vector<std::optional<cli::ChildProcess>> servers_;

@@ -195,11 +195,13 @@ TEST(SeamStreamTest, TwoServersTellOfTheSameCopiesAndIslandsAsOne) {
   EXPECT_EQ(std::count_if(seen[1].second.begin(), seen[1].second.end(), is_tower), 1);
 }
 
-using Event = std::tuple<Tick, int, std::uint64_t, std::uint64_t>;
+using Event = std::tuple<Tick, bool, int, std::uint64_t, std::uint64_t>;
 
-TEST(ContactStreamTest, EachContactEventIsToldOnceAsInOneProcess) {
+class ContactStreamTest : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(ContactStreamTest, EachEventIsToldOnceAsInOneProcess) {
   constexpr std::uint64_t kTicks = 120;
-  const WorldDescription world = read_world("busy.sdf");
+  const WorldDescription world = read_world(GetParam());
   std::vector<Event> expected;
   const std::unique_ptr<Simulation> simulation = Simulation::create(world).value();
   simulation->report_contacts(true);
@@ -207,7 +209,8 @@ TEST(ContactStreamTest, EachContactEventIsToldOnceAsInOneProcess) {
     simulation->step();
     for (const ContactEvent& event : simulation->contact_events()) {
       if (event.phase == ContactPhase::kPersist) continue;
-      expected.emplace_back(tick, event.phase == ContactPhase::kEnd, event.a.value, event.b.value);
+      expected.emplace_back(tick, event.trigger, event.phase == ContactPhase::kEnd, event.a.value,
+                            event.b.value);
     }
   }
   ASSERT_FALSE(expected.empty());
@@ -223,13 +226,16 @@ TEST(ContactStreamTest, EachContactEventIsToldOnceAsInOneProcess) {
     ASSERT_THAT(frame.status(), IsOk());
     tick = frame->tick;
     for (const ContactSample& contact : frame->contacts) {
-      told.emplace_back(tick, contact.phase == ContactPhase::kEnd, contact.a.value, contact.b.value);
+      told.emplace_back(tick, contact.trigger, contact.phase == ContactPhase::kEnd, contact.a.value,
+                        contact.b.value);
     }
   }
   std::sort(expected.begin(), expected.end());
   std::sort(told.begin(), told.end());
   EXPECT_EQ(told, expected);
 }
+
+INSTANTIATE_TEST_SUITE_P(OfWorlds, ContactStreamTest, ::testing::Values("busy.sdf", "zones.sdf"));
 
 TEST(BodyStreamTest, EndsWhenTheWorldIsReplaced) {
   const Cluster cluster = start_cluster(2);
@@ -274,7 +280,7 @@ TEST(BodyStreamTest, ClientThatVanishesLeavesTheClusterRunning) {
   Client& client = *cluster.client;
   ASSERT_THAT(client.load(read_world("busy.sdf")).status(), IsOk());
   ASSERT_THAT(client.resume().status(), IsOk());
-  Program watcher("tessera", {"watch", "--connect", cluster.processes->address()});
+  Process watcher("tessera", {"watch", "--connect", cluster.processes->address()});
   ASSERT_TRUE(watcher.await_output("m/s")) << watcher.output();
   watcher.process().signal(SIGKILL);
   EXPECT_EQ(watcher.wait(), -SIGKILL);

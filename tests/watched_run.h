@@ -34,8 +34,12 @@ struct Undisturbed {
 
 class WatchedRun : public ::testing::Test {
  protected:
-  // Loads the world at a cluster, watches it, and lets it run as fast as real time.
+  // Loads the world at a cluster, in the place of one that is there, watches it, and lets it run as fast as
+  // real time.
   void begin(Client& client);
+  // Likewise from `tick` on, for a world that was set back to that tick and is paused: what clients did and
+  // saw since then is forgotten.
+  void begin_again(Tick tick);
 
   // Pushes bodies while the world does so many ticks, and reads both streams.
   void go_on(Tick ticks);
@@ -56,8 +60,22 @@ class WatchedRun : public ::testing::Test {
   Tick told_ = 0;
   std::size_t count_ = 0;
 
+  absl::Duration patience_ = kPatience;  // for an answer, or the next tick
+  // Called now and then while there is no tick.
+  virtual void look_after() {}
+
+  // For a drill in which coordinator and servers are lost at the same moment: streams may miss ticks then, or
+  // end.
+  bool may_miss_ticks_ = false;
+  Tick missed_ = 0;
+  int reopened_ = 0;
+  bool watches_contacts_ = true;  // which are compared only where no tick was missed
+
  private:
   void take(const BodyFrame& frame);
+  void reopen();
+
+  bool is_reopened_ = false;
 
   Client* client_of_run_ = nullptr;
 };

@@ -8,15 +8,18 @@
 
 #include <cctype>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <future>
 #include <map>
 #include <mutex>
 #include <set>
 #include <string_view>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "dds/dds.h"
@@ -79,6 +82,23 @@ void keep_to_loopback(const std::set<int>& sockets_before) {
   }
 }
 
+// Cyclone DDS ends its threads that receive by packets to itself. Where the interface is gone, these do not
+// arrive, and it waits forever: then it is left behind, since its process ends.
+void close_domain(dds_entity_t entity) {
+  constexpr std::chrono::seconds kCloseMax{5};
+  std::promise<void> closed;
+  const std::future<void> is_closed = closed.get_future();
+  std::thread closing([entity, closed = std::move(closed)]() mutable {
+    dds_delete(entity);
+    closed.set_value();
+  });
+  if (is_closed.wait_for(kCloseMax) == std::future_status::ready) {
+    closing.join();
+  } else {
+    closing.detach();
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<DdsDomain> DdsDomain::open(std::uint32_t id, const DdsNetwork& network) {
@@ -109,7 +129,7 @@ DdsDomain::~DdsDomain() {
   const std::lock_guard lock(mutex);
   OpenDomain& domain = open_domains()[id_];
   if (--domain.users > 0) return;
-  if (domain.entity != 0) dds_delete(domain.entity);
+  if (domain.entity != 0) close_domain(domain.entity);
   open_domains().erase(id_);
 }
 

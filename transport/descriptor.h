@@ -20,6 +20,8 @@ class Descriptor {
   }
   int get() const { return value_; }
   bool is_open() const { return value_ >= 0; }
+  // Whoever takes it closes it.
+  int release() { return std::exchange(value_, -1); }
 
  private:
   int value_;

@@ -63,6 +63,10 @@ struct Node {
 struct Connection {
   std::uint64_t number = 0;  // each one that is made has another
   bool stands = false;
+};
+
+// From one node to another.
+struct Way {
   bool is_cut = false;
   std::uint64_t outage = 0;   // the last cut
   std::vector<Pending> held;  // packets, while it is cut
@@ -139,25 +143,28 @@ class SimNetwork::State {
     push(Kind::kTimer, id, id, std::max(time_ns, now_ns_) - now_ns_);
   }
 
-  void cut(NodeId a, NodeId b) {
-    Connection& connection = connections_[unordered(a, b)];
-    if (std::exchange(connection.is_cut, true)) return;
-    connection.outage = ++last_outage_;
-    miss(a, nodes_[a].life, b, connection.outage);
-    miss(b, nodes_[b].life, a, connection.outage);
+  void cut(NodeId from, NodeId to) {
+    Way& way = ways_[{from, to}];
+    if (std::exchange(way.is_cut, true)) return;
+    way.outage = ++last_outage_;
+    miss(from, nodes_[from].life, to, way.outage);
   }
 
   void heal(NodeId a, NodeId b) {
-    Connection& connection = connections_[unordered(a, b)];
-    if (!std::exchange(connection.is_cut, false)) return;
-    for (Pending& packet : std::exchange(connection.held, {})) set_out(std::move(packet));
-    if (!connection.stands && nodes_[a].running && nodes_[b].running) make_connection(a, b);
+    if (!is_cut(a, b)) return;
+    for (const Pair& pair : {Pair(a, b), Pair(b, a)}) {
+      Way& way = ways_[pair];
+      way.is_cut = false;
+      for (Pending& packet : std::exchange(way.held, {})) set_out(std::move(packet));
+    }
+    if (!connections_[unordered(a, b)].stands && nodes_[a].running && nodes_[b].running)
+      make_connection(a, b);
   }
 
   // An end may notice only that there is another connection.
   void break_connection(NodeId a, NodeId b) {
     Connection& connection = connections_[unordered(a, b)];
-    if (!connection.stands || connection.is_cut) return;
+    if (!connection.stands || is_cut(a, b)) return;
     connection.stands = false;
     for (const auto& [node, peer] : {Pair(a, b), Pair(b, a)}) {
       if (draw_below(2) == 0) notice_break(node, peer);
@@ -261,10 +268,15 @@ class SimNetwork::State {
     const Node& lost = nodes_.at(miss.from);
     if (lost.life != miss.from_life) return true;  // it is dead
     if (lost.is_stopped && lost.outage == miss.mark) return true;
-    const auto connection = connections_.find(unordered(miss.from, miss.to));
-    return connection != connections_.end() && connection->second.is_cut &&
-           connection->second.outage == miss.mark;
+    const auto way = ways_.find({miss.from, miss.to});
+    return way != ways_.end() && way->second.is_cut && way->second.outage == miss.mark;
   }
+
+  bool is_way_cut(NodeId from, NodeId to) const {
+    const auto way = ways_.find({from, to});
+    return way != ways_.end() && way->second.is_cut;
+  }
+  bool is_cut(NodeId a, NodeId b) const { return is_way_cut(a, b) || is_way_cut(b, a); }
 
   PeerStream& stream(NodeId id, NodeId peer) {
     Node& node = nodes_[id];
@@ -279,7 +291,7 @@ class SimNetwork::State {
 
   void make_connection(NodeId a, NodeId b) {
     Connection& connection = connections_[unordered(a, b)];
-    if (connection.is_cut) return;  // when it is healed
+    if (is_cut(a, b)) return;  // when it is healed
     connection.stands = true;
     connection.number = ++last_connection_;
     for (const auto& [from, to] : {Pair(a, b), Pair(b, a)}) {
@@ -313,7 +325,7 @@ class SimNetwork::State {
     while (const std::optional<Packet> packet = stream.next()) {
       ++counts_.sent;
       const Connection& connection = connections_[unordered(from, to)];
-      if (connection.stands || connection.is_cut) {
+      if (connection.stands || is_way_cut(from, to)) {
         Pending event;
         fill(event, Kind::kPacket, from, to).mark = connection.number;
         event.packet = *packet;
@@ -409,8 +421,8 @@ class SimNetwork::State {
 
   std::optional<SimEvent> arrive(Pending& next) {
     Connection& connection = connections_[unordered(next.from, next.to)];
-    if (connection.is_cut) {
-      connection.held.push_back(std::move(next));
+    if (is_way_cut(next.from, next.to)) {
+      ways_[{next.from, next.to}].held.push_back(std::move(next));
       return std::nullopt;
     }
     if (is_lost(next, connection)) {
@@ -449,6 +461,7 @@ class SimNetwork::State {
   std::vector<Pair> losses_;  // node and peer, to be told
   std::map<NodeId, Node> nodes_;
   std::map<Pair, Connection> connections_;
+  std::map<Pair, Way> ways_;                                              // those that have been cut
   std::map<std::pair<NodeId, std::uint64_t>, std::uint64_t> last_words_;  // of those that were killed
   std::map<Pair, std::uint64_t> newest_ns_;
 };
@@ -488,7 +501,11 @@ std::uint64_t SimNetwork::now_ns() const { return state_->now_ns(); }
 void SimNetwork::set_timer(NodeId node, std::uint64_t time_ns) { state_->set_timer(node, time_ns); }
 void SimNetwork::forget(NodeId node, NodeId peer) { state_->forget(node, peer); }
 void SimNetwork::kill(NodeId node) { state_->kill(node); }
-void SimNetwork::cut(NodeId a, NodeId b) { state_->cut(a, b); }
+void SimNetwork::cut(NodeId a, NodeId b) {
+  state_->cut(a, b);
+  state_->cut(b, a);
+}
+void SimNetwork::cut_one_way(NodeId from, NodeId to) { state_->cut(from, to); }
 void SimNetwork::heal(NodeId a, NodeId b) { state_->heal(a, b); }
 void SimNetwork::break_connection(NodeId a, NodeId b) { state_->break_connection(a, b); }
 void SimNetwork::stop(NodeId node, std::uint64_t until_ns) { state_->hold(node, until_ns, true); }

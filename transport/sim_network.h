@@ -90,10 +90,11 @@ class SimNetwork {
   // first ones arrive.
   void kill(NodeId node);
 
-  // Cuts the link between two nodes in both directions: packets are kept, and sent again once the link is
-  // healed, unless the connection breaks before. Both nodes are notified of the loss if it is not healed
-  // before. Cutting a cut link and healing a whole one do nothing.
+  // Cuts the link between two nodes in both directions, or what one sends to the other: packets are kept, and
+  // sent again once the link is healed, unless the connection breaks before. Whoever hears nothing is
+  // notified of the loss if it is not healed before. Cutting a cut link and healing a whole one do nothing.
   void cut(NodeId a, NodeId b);
+  void cut_one_way(NodeId from, NodeId to);
   void heal(NodeId a, NodeId b);
 
   // Breaks the connection between two nodes, which is made anew at once.

@@ -263,6 +263,27 @@ TEST(SimNetwork, ACutThatOutlastsTheLeaseIsToldAtBothEnds) {
             (std::vector<SimEvent>{{time_ns, kNodeB, loss, kNodeA}, {time_ns, kNodeA, loss, kNodeB}}));
 }
 
+TEST(SimNetwork, ACutOneWayIsToldToTheOneThatHearsNothing) {
+  SimNetwork network(1, {.lease_ns = 5'000'000});
+  auto a = network.connect(kNodeA);
+  auto b = network.connect(kNodeB);
+  acquaint(network, *a, *b);
+  const std::uint64_t time_ns = network.now_ns() + 5'000'000;
+  network.cut_one_way(kNodeA, kNodeB);
+  a->send(kNodeB, "lost");
+  b->send(kNodeA, "heard");
+  EXPECT_EQ(losses_of(network), (std::vector<SimEvent>{{time_ns, kNodeB, SimEvent::Kind::kLoss, kNodeA}}));
+  const std::vector<Delivery> heard = a->receive({});
+  ASSERT_EQ(heard.size(), 1u);
+  EXPECT_EQ(heard[0].payload, "heard");
+  EXPECT_TRUE(b->receive({}).empty());
+  network.heal(kNodeB, kNodeA);
+  EXPECT_TRUE(losses_of(network).empty());
+  const std::vector<Delivery> late = b->receive({});
+  ASSERT_EQ(late.size(), 1u);
+  EXPECT_EQ(late[0].payload, "lost");
+}
+
 TEST(SimNetwork, ACutThatIsHealedBeforeIsNotTold) {
   SimNetwork network(1, {.lease_ns = 5'000'000});
   auto a = network.connect(kNodeA);

@@ -3,6 +3,7 @@
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <array>
 
 namespace tessera::viewer {
@@ -60,7 +61,10 @@ json to_json(const WorldPosition& position) {
 
 json to_json(const Shape& shape) {
   json parts = json::array();
+  const auto is_trigger = [](const ShapePart& part) { return part.material && part.material->trigger; };
+  const bool are_all_triggers = std::ranges::all_of(shape.parts, is_trigger);
   for (const ShapePart& part : shape.parts) {
+    if (is_trigger(part) && !are_all_triggers) continue;  // it would hide the others
     json entry = std::visit([](const auto& geometry) { return kind_of(geometry); }, part.geometry);
     entry["position"] = to_json(part.pose.position);
     entry["orientation"] = quaternion(part.pose.orientation);

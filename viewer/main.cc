@@ -11,6 +11,7 @@
 #include "client_sdk/live/client_program.h"
 #include "daemon/address.h"
 #include "daemon/locks.h"
+#include "daemon/open_files.h"
 #include "daemon/options.h"
 #include "daemon/parent_process.h"
 #include "daemon/parse_command_line.h"
@@ -72,6 +73,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> open(const Arguments& arguments, Clie
 }
 
 absl::Status serve(const Arguments& arguments, Client& client, const std::function<void()>& wait) {
+  raise_open_files_max();
   const absl::StatusOr<std::unique_ptr<WebServer>> server = open(arguments, client);
   if (!server.ok()) return server.status();
   const std::string& url = (*server)->url();

@@ -138,6 +138,29 @@ absl::StatusOr<json> find(Client& client, const json& request) {
   return found;
 }
 
+json numbers_of(const std::vector<NamedNumber>& numbers) {
+  json result = json::object();
+  for (const NamedNumber& number : numbers) result[number.name] = number.value;
+  return result;
+}
+
+absl::StatusOr<json> programs(Client& client, const json& request) {
+  const absl::StatusOr<std::uint64_t> id = natural_from(request.at("body"));
+  if (!id.ok()) return absl::InvalidArgumentError(absl::StrCat("body: ", id.status().message()));
+  QueryList queries;
+  const auto place = queries.programs({.ids = {BodyId{*id}}});
+  const absl::StatusOr<Answers> answers = client.ask(queries, kTimeout);
+  if (!answers.ok()) return answers.status();
+  json found = json::array();
+  for (const FoundProgram& program : (*answers)[place].programs) {
+    found.push_back({{"kind", program.kind},
+                     {"inputs", numbers_of(program.inputs)},
+                     {"values", numbers_of(program.values)},
+                     {"fault", program.fault}});
+  }
+  return json{{"programs", std::move(found)}};
+}
+
 absl::StatusOr<json> places(Client& client, double sector_size) {
   const absl::StatusOr<std::vector<BodySample>> bodies = look_once(client, {});
   if (!bodies.ok()) return bodies.status();
@@ -171,6 +194,7 @@ absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report
   if (what == "pick") return pick(client, request);
   if (what == "find") return find(client, request);
   if (what == "places") return places(client, sector_size);
+  if (what == "programs") return programs(client, request);
   if (read_only) return absl::PermissionDeniedError(absl::StrCat(what, ": this web UI is read-only"));
   if (what == "pause") return tick_of(client.pause(kTimeout));
   if (what == "resume") return resume(client, request);

@@ -1,5 +1,5 @@
 // Requests of the web UI to the cluster, one at a time: {"do": "pause" | "resume" | "step" | "spawn" |
-// "push" | "remove" | "pick" | "find" | "places", ...}.
+// "push" | "remove" | "pick" | "find" | "places" | "programs", ...}.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -81,7 +81,7 @@ std::vector<SeenBody> PageView::see_statics(const live::BodyCatalogue& catalogue
 std::vector<SeenContact> PageView::see(const ContactFrame& frame) const {
   std::vector<SeenContact> seen;
   for (const ContactSample& contact : frame.contacts) {
-    if (contact.phase == ContactPhase::kEnd) continue;
+    if (contact.phase == ContactPhase::kEnd || contact.trigger) continue;
     const Eigen::Vector3d point = offset(contact.position);
     if (((point - interest_.centre.local).cwiseAbs().array() > interest_.half).any()) continue;
     seen.push_back({floats(point), floats(contact.normal), static_cast<float>(contact.impulse)});

@@ -12,8 +12,7 @@
 #include <utility>
 
 #include "client_sdk/src/status_json.h"
-#include "daemon/address.h"
-#include "daemon/tls_door.h"
+#include "daemon/http_door.h"
 #include "viewer/json.h"
 #include "viewer/visitors.h"
 
@@ -222,8 +221,7 @@ class LiveHandler final : public CivetWebSocketHandler {
 
 class WebServer::Impl {
  public:
-  Impl(const std::string& address, Hosts hosts, const std::optional<ServerKeys>& keys, Client& client,
-       const PageOptions& options)
+  Impl(Hosts hosts, const std::optional<ServerKeys>& keys, Client& client, const PageOptions& options)
       : doorkeeper_{std::move(hosts), Visitors(keys)},
         live_(doorkeeper_, client, options),
         monitor_(client, kStatusPeriod, [this](const auto& report) { live_.report(report); }),
@@ -231,29 +229,27 @@ class WebServer::Impl {
         page_(doorkeeper_),
         login_(doorkeeper_),
         server_(std::vector<std::string>{
-            "listening_ports", keys ? kBehindDoor : address, "num_threads", absl::StrCat(kThreads),
-            "tcp_nodelay", "1", "enable_websocket_ping_pong", "yes", "websocket_timeout_ms", "10000"}) {
+            "listening_ports", kBehindDoor, "num_threads", absl::StrCat(kThreads), "tcp_nodelay", "1",
+            "enable_websocket_ping_pong", "yes", "websocket_timeout_ms", "10000"}) {
     server_.addHandler("/", page_);
     server_.addHandler("/login", login_);
     server_.addHandler("/status", status_);
     server_.addWebSocketHandler("/live", live_);
-    url_ = absl::StrCat("http://", with_port(address, port()), "/");
   }
 
   // What browsers come to, in front of this server.
-  absl::Status open_door(const std::string& address, const ServerKeys& keys) {
-    absl::StatusOr<std::unique_ptr<TlsDoor>> door = TlsDoor::open(address, port(), keys);
+  absl::Status open_door(const std::string& address, const std::optional<ServerKeys>& keys) {
+    absl::StatusOr<std::unique_ptr<HttpDoor>> door =
+        HttpDoor::open(address, server_.getListeningPorts().front(), keys);
     if (!door.ok()) return door.status();
     door_ = *std::move(door);
-    url_ = absl::StrCat("https://", door_->address(), "/");
+    url_ = absl::StrCat(keys ? "https://" : "http://", door_->address(), "/");
     return absl::OkStatus();
   }
 
   const std::string& url() const { return url_; }
 
  private:
-  int port() { return server_.getListeningPorts().front(); }
-
   const Doorkeeper doorkeeper_;
   LiveHandler live_;
   live::ClusterMonitor monitor_;
@@ -261,7 +257,7 @@ class WebServer::Impl {
   PageHandler page_;
   LoginHandler login_;
   CivetServer server_;
-  std::unique_ptr<TlsDoor> door_;  // null without keys
+  std::unique_ptr<HttpDoor> door_;
   std::string url_;
 };
 
@@ -272,14 +268,11 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::open(const std::string& ad
                                                            const std::optional<ServerKeys>& keys,
                                                            Client& client, const PageOptions& options) {
   try {
-    auto impl = std::make_unique<Impl>(address, std::move(hosts), keys, client, options);
-    if (keys) {
-      if (absl::Status status = impl->open_door(address, *keys); !status.ok()) return status;
-    }
+    auto impl = std::make_unique<Impl>(std::move(hosts), keys, client, options);
+    if (absl::Status status = impl->open_door(address, keys); !status.ok()) return status;
     return std::unique_ptr<WebServer>(new WebServer(std::move(impl)));
   } catch (const CivetException&) {
-    return absl::UnavailableError(absl::StrCat("cannot listen on ", address,
-                                               ": the address is in use or does not belong to this machine"));
+    return absl::UnavailableError("cannot serve the web UI: no port of loopback is free");
   }
 }
 

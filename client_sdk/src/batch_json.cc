@@ -21,6 +21,7 @@ absl::StatusOr<Batch> batch_from_json(std::string_view json) {
   Batch batch;
   batch.ticks = request.ticks();
   batch.after = request.after();
+  batch.owner = request.owner();
   batch.commands.request_->mutable_commands()->Swap(request.mutable_commands());
   batch.queries.request_->mutable_queries()->Swap(request.mutable_queries());
   return batch;

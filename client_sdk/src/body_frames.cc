@@ -18,7 +18,9 @@ bool is_same(const BodySample& a, const BodySample& b) {
 BodyFrame KnownBodies::take(const BodyNews& news) {
   lost_.clear();
   note_lost(news);
-  return frame_of(news.tick, news.bodies);
+  BodyFrame frame = frame_of(news.tick, news.bodies);
+  frame.deferred = news.deferred;
+  return frame;
 }
 
 BodyFrame KnownBodies::replace(Tick tick, const std::vector<BodySample>& all) {

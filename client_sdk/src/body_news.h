@@ -23,6 +23,7 @@ struct BodyNews {
   std::vector<Gone> gone;              // in any order
   std::vector<std::uint64_t> servers;  // that have told this
   std::vector<std::uint64_t> whole;    // of these, those of which nothing told before counts any more
+  std::uint64_t deferred = 0;          // bodies that are told later
 };
 
 // Of different servers, at one tick.
@@ -31,6 +32,7 @@ inline void join(BodyNews& whole, BodyNews part) {
   whole.gone.insert(whole.gone.end(), part.gone.begin(), part.gone.end());
   whole.servers.insert(whole.servers.end(), part.servers.begin(), part.servers.end());
   whole.whole.insert(whole.whole.end(), part.whole.begin(), part.whole.end());
+  whole.deferred += part.deferred;
 }
 
 // Of one server: `later` becomes what it would have told, had it not told `earlier`.

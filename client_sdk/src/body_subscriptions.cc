@@ -22,6 +22,7 @@ absl::StatusOr<std::unique_ptr<BodyStream>> subscribe(const Subscriber& subscrib
   request.set_in_columns(true);
   request.set_precision(filter.precision);
   request.set_velocity_precision(filter.velocity_precision);
+  request.set_bytes_per_second(filter.bytes_per_second);
   absl::StatusOr<std::unique_ptr<Stream<BodyNews>>> news = subscriber.watch<BodyTraits>(request, timeout);
   if (!news.ok()) return news.status();
   return std::make_unique<FramesOfBodies>(*std::move(news), filter.complete);
@@ -37,6 +38,7 @@ absl::StatusOr<std::unique_ptr<BodyStream>> subscribe_following(const Subscriber
   of_leader.ids = {*filter.follow};
   of_leader.only_awake = false;
   of_leader.complete = true;
+  of_leader.bytes_per_second = 0;  // one body is not too much
   absl::StatusOr<std::unique_ptr<BodyStream>> leader = subscribe(subscriber, of_leader, timeout);
   if (!leader.ok()) return leader.status();
   const auto open = [subscriber, filter, timeout](const WatchedRegion& region) {

@@ -66,8 +66,18 @@ absl::StatusOr<ClusterStatus> read(const v1::StatusReply& reply) {
   status.recoveries = reply.recoveries();
   status.joined_servers = reply.joined_servers();
   status.left_servers = reply.left_servers();
+  status.cut_off_servers = reply.cut_off_servers();
+  for (const v1::CutOff& server : reply.cut_off()) {
+    status.cut_off.push_back({server.node(),
+                              server.stream_address(),
+                              {server.unheard_by().begin(), server.unheard_by().end()},
+                              server.seconds(),
+                              server.tick()});
+  }
   status.checkpoint_tick = reply.checkpoint_tick();
   status.store_failure = reply.store_failure();
+  for (const v1::LeftOut& each : reply.left_out())
+    status.left_out.push_back({each.tick(), each.commands(), each.reason()});
   status.waits_for_store = reply.waits_for_store();
   for (const v1::ServerStatus& server : reply.servers()) status.servers.push_back(read(server));
   status.failure = reply.failure();
@@ -93,6 +103,7 @@ v1::Request Client::request_of(const Batch& batch) {
   request.set_ticks(batch.ticks);
   *request.mutable_queries() = batch.queries.request_->queries();
   request.set_after(batch.after);
+  request.set_owner(batch.owner);
   return request;
 }
 
@@ -198,7 +209,7 @@ absl::StatusOr<HashAt> Client::hash(absl::Duration timeout) {
   const auto hash = queries.hash();
   const absl::StatusOr<Answers> answers = ask(queries, timeout);
   if (!answers.ok()) return answers.status();
-  return HashAt{answers->tick(), (*answers)[hash]};
+  return HashAt{answers->tick(), (*answers)[hash], answers->program_hash(hash)};
 }
 
 absl::StatusOr<std::vector<Neighbour>> Client::near(const NearQuery& query, absl::Duration timeout) {
@@ -293,6 +304,8 @@ absl::StatusOr<std::unique_ptr<ContactStream>> Client::watch_contacts(const Cont
   v1::WatchContactsRequest request;
   for (const BodyId& id : filter.ids) request.add_ids(id.value);
   request.set_persisting(filter.persisting);
+  request.set_mask(filter.mask);
+  request.set_impulse_min(filter.impulse_min);
   return impl_->subscriber().watch<ContactTraits>(request, timeout);
 }
 

@@ -89,6 +89,26 @@ CommandList& CommandList::apply_force(const BodyName& body, const Eigen::Vector3
   return *this;
 }
 
+CommandList& CommandList::set_force(const BodyName& body, const std::optional<LastingForce>& force) {
+  v1::SetForce& command = *request_->add_commands()->mutable_set_force();
+  *command.mutable_body() = reference_to(body);
+  if (force) *command.mutable_force() = to_proto(*force);
+  return *this;
+}
+
+CommandList& CommandList::tell_program(const BodyName& body, const std::vector<NamedNumber>& numbers,
+                                       std::uint32_t program) {
+  v1::TellProgram& command = *request_->add_commands()->mutable_tell_program();
+  *command.mutable_body() = reference_to(body);
+  command.set_program(program);
+  for (const NamedNumber& number : numbers) {
+    v1::NamedNumber& added = *command.add_numbers();
+    added.set_name(number.name);
+    added.set_value(number.value);
+  }
+  return *this;
+}
+
 CommandList& CommandList::teleport(const BodyName& body, const TargetPose& pose,
                                    const std::optional<Eigen::Vector3d>& linear_velocity,
                                    const std::optional<Eigen::Vector3d>& angular_velocity, bool alone) {
@@ -104,8 +124,9 @@ CommandList& CommandList::teleport(const BodyName& body, const TargetPose& pose,
 }
 
 CommandList& CommandList::set_state(const std::vector<PlacedBody>& bodies,
-                                    const std::vector<PlacedJoint>& joints) {
+                                    const std::vector<PlacedJoint>& joints, bool keeps_contacts) {
   v1::SetState& command = *request_->add_commands()->mutable_set_state();
+  command.set_keeps_contacts(keeps_contacts);
   for (const PlacedBody& body : bodies) {
     v1::SetState::OfBody& placed = *command.add_bodies();
     *placed.mutable_body() = reference_to(body.body);
@@ -152,6 +173,8 @@ CommandList& CommandList::set_properties(const BodyName& body, const ChangedProp
   if (properties.category) command.set_category(*properties.category);
   if (properties.mask) command.set_mask(*properties.mask);
   if (properties.gravity) command.set_gravity(*properties.gravity);
+  if (properties.user_data) command.set_user_data(*properties.user_data);
+  if (properties.owner) command.set_owner(*properties.owner);
   return *this;
 }
 

@@ -70,6 +70,8 @@ class Coordinators {
   }
 
   bool are_several() const { return members_.size() > 1; }
+  // Of the one that answered last: where it is a gateway, streams are opened there, too.
+  const std::string& address() const { return members_[place_].address; }
 
   // Waits a little before a call is made again; false, and at once, where its deadline comes before.
   static bool is_worth_another(absl::Time deadline);

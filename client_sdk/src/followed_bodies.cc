@@ -10,8 +10,13 @@
 namespace tessera {
 namespace {
 
-// Of the largest half size: what regions have more than what is wanted.
+// What regions have more than what is wanted: of the largest half size, and the way of the body in the time
+// that it may take to open another one, s; or so many times its way while the last one was opened; up to so
+// many of the largest half size.
 constexpr double kMargin = 0.5;
+constexpr double kAhead = 1;
+constexpr double kWays = 3;
+constexpr double kMarginMax = 16;
 
 }  // namespace
 
@@ -28,7 +33,7 @@ absl::StatusOr<std::unique_ptr<BodyStream>> FollowedBodies::create(std::unique_p
     return absl::NotFoundError(absl::StrCat("follow: no body has the id ", filter.follow->value));
   stream->place_ = first->bodies.front();
   stream->frame_ = *std::move(first);
-  absl::StatusOr<Area> area = stream->opened(stream->region_here());
+  absl::StatusOr<Area> area = stream->opened(stream->around_here());
   if (!area.ok()) return area.status();
   stream->use(*std::move(area));
   return stream;
@@ -62,19 +67,22 @@ void FollowedBodies::cancel() {
 
 std::uint64_t FollowedBodies::skipped() const { return leader_->skipped() + unmatched_; }
 
-WatchedRegion FollowedBodies::region_here() const {
+FollowedBodies::Around FollowedBodies::around_here() const {
   const Eigen::Vector3d& half_size = filter_.region->half_size;
-  return {place_.pose.position, half_size.array() + kMargin * half_size.maxCoeff()};
+  const double largest = half_size.maxCoeff();
+  const double ahead = std::max(kMargin * largest + kAhead * place_.linear_velocity.norm(), kWays * way_);
+  const double margin = std::min(ahead, kMarginMax * largest);
+  return {{place_.pose.position, half_size.array() + margin}, margin};
 }
 
 Eigen::Vector3d FollowedBodies::away(const WorldPosition& position, const WorldPosition& centre) const {
   return (relative_to(position, centre.sector, sector_size_) - centre.local).cwiseAbs();
 }
 
-absl::StatusOr<FollowedBodies::Area> FollowedBodies::opened(const WatchedRegion& region) const {
-  absl::StatusOr<std::unique_ptr<BodyStream>> stream = open_(region);
+absl::StatusOr<FollowedBodies::Area> FollowedBodies::opened(const Around& around) const {
+  absl::StatusOr<std::unique_ptr<BodyStream>> stream = open_(around.region);
   if (!stream.ok()) return stream.status();
-  return Area{region, *std::move(stream), std::nullopt};
+  return Area{around, *std::move(stream), std::nullopt};
 }
 
 void FollowedBodies::use(Area area) {
@@ -96,9 +104,10 @@ absl::Status FollowedBodies::read_to(Tick tick, Area& area, absl::Time deadline)
 // A region that cannot be had now is asked for again.
 void FollowedBodies::look_for_next_area() {
   if (opening_.valid() || coming_) return;
-  const double margin = kMargin * filter_.region->half_size.maxCoeff();
-  if (away(place_.pose.position, area_.region.centre).maxCoeff() <= margin / 2) return;
-  opening_ = std::async(how_, [this, region = region_here()] { return opened(region); });
+  const Around& now = area_.around;
+  if (away(place_.pose.position, now.region.centre).maxCoeff() <= now.margin / 2) return;
+  opened_from_ = place_.pose.position;
+  opening_ = std::async(how_, [this, around = around_here()] { return opened(around); });
 }
 
 void FollowedBodies::change_area_where_ready(Tick tick) {
@@ -110,9 +119,17 @@ void FollowedBodies::change_area_where_ready(Tick tick) {
   if (absl::IsDeadlineExceeded(status)) return;
   if (!status.ok()) {
     coming_.reset();
-  } else if (coming_->frame->tick == tick) {
+  } else if (coming_->frame->tick == tick && is_better(*coming_)) {
+    way_ = away(place_.pose.position, opened_from_).maxCoeff();
     use(*std::exchange(coming_, std::nullopt));
   }
+}
+
+// With a budget, a stream has all bodies of its region after some ticks. It is used before where the present
+// one lacks more, since what is wanted reaches beyond its region.
+bool FollowedBodies::is_better(const Area& area) const {
+  return area.frame->deferred == 0 ||
+         away(place_.pose.position, area_.around.region.centre).maxCoeff() > area_.around.margin;
 }
 
 // What is in the exact box.
@@ -127,9 +144,10 @@ BodyFrame FollowedBodies::cut() {
   const auto place = std::find_if(bodies.begin(), bodies.end(),
                                   [&](const BodySample& body) { return *filter_.follow < body.id; });
   bodies.insert(place, frame_->bodies.begin(), frame_->bodies.end());
-  const Tick tick = frame_->tick;
+  BodyFrame shown = shown_.replace(frame_->tick, bodies);
+  shown.deferred = area_.frame->deferred;
   frame_.reset();
-  return shown_.replace(tick, bodies);
+  return shown;
 }
 
 }  // namespace tessera

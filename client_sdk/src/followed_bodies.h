@@ -36,8 +36,12 @@ class FollowedBodies final : public BodyStream {
   std::uint64_t skipped() const override;
 
  private:
-  struct Area {
+  struct Around {
     WatchedRegion region;
+    double margin;  // m, beyond what is wanted
+  };
+  struct Area {
+    Around around;
     std::shared_ptr<BodyStream> stream;
     std::optional<BodyFrame> frame;  // the last that was read
   };
@@ -51,13 +55,14 @@ class FollowedBodies final : public BodyStream {
         how_(how),
         shown_(filter.complete) {}
 
-  WatchedRegion region_here() const;
+  Around around_here() const;
   Eigen::Vector3d away(const WorldPosition& position, const WorldPosition& centre) const;
-  absl::StatusOr<Area> opened(const WatchedRegion& region) const;
+  absl::StatusOr<Area> opened(const Around& around) const;
   void use(Area area);
   static absl::Status read_to(Tick tick, Area& area, absl::Time deadline);
   void look_for_next_area();
   void change_area_where_ready(Tick tick);
+  bool is_better(const Area& area) const;
   BodyFrame cut();
 
   const std::unique_ptr<BodyStream> leader_;
@@ -71,6 +76,8 @@ class FollowedBodies final : public BodyStream {
   Area area_;
   std::optional<Area> coming_;
   std::future<absl::StatusOr<Area>> opening_;
+  WorldPosition opened_from_;  // of the leader, when that began
+  double way_ = 0;             // m, that it went until the last one that was opened was of use
   KnownBodies shown_;
   std::uint64_t unmatched_ = 0;  // ticks that only one of the streams has
 

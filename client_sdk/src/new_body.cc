@@ -1,5 +1,7 @@
 // Bodies to spawn: shapes and their inertia.
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
@@ -50,8 +52,14 @@ struct MomentsOf {
   }
 };
 
-Moments moments_of(const Shape& shape, double mass) {
+bool is_solid(const ShapePart& part) { return !part.material || !part.material->trigger; }
+
+// Triggers do not count beside other parts.
+Moments moments_of(const Shape& whole, double mass) {
   const MomentsOf moments{mass};
+  Shape shape;
+  std::ranges::copy_if(whole.parts, std::back_inserter(shape.parts), is_solid);
+  if (shape.parts.empty()) shape = whole;
   if (shape.parts.size() == 1 && shape.parts.front().pose.is_identity()) {
     return std::visit(moments, shape.parts.front().geometry);
   }
@@ -66,6 +74,14 @@ Shape box(double x, double y, double z) { return one(Box{{x, y, z}}); }
 Shape sphere(double radius) { return one(Sphere{radius}); }
 Shape capsule(double radius, double length) { return one(Capsule{radius, length}); }
 Shape cylinder(double radius, double length) { return one(Cylinder{radius, length}); }
+
+Shape trigger(Shape shape) {
+  for (ShapePart& part : shape.parts) {
+    if (!part.material) part.material.emplace();
+    part.material->trigger = true;
+  }
+  return shape;
+}
 
 NewBody solid(std::string name, Shape shape, double mass, const WorldPosition& position) {
   NewBody body;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "client_sdk/src/body_sample.h"
+#include "client_sdk/src/contact_sample.h"
 #include "client_sdk/src/references.h"
 #include "proto/body_columns.h"
 #include "proto/convert.h"
@@ -58,7 +59,8 @@ absl::StatusOr<FoundBodies> read(const v1::FoundBodies& from) {
   for (const v1::FoundBodies::Found& found : from.bodies()) {
     absl::StatusOr<BodyProperties> properties = from_proto(found.properties());
     if (!properties.ok()) return properties.status();
-    result.bodies.push_back({BodyId{found.id()}, found.name(), *std::move(properties)});
+    result.bodies.push_back(
+        {BodyId{found.id()}, found.name(), *std::move(properties), found.user_data(), found.owner()});
   }
   for (const auto& [id, described] : from.shapes()) {
     absl::StatusOr<Shape> shape = from_proto(described);
@@ -79,6 +81,12 @@ absl::StatusOr<FoundJoints> read(const v1::FoundJoints& from) {
   return result;
 }
 
+std::vector<NamedNumber> named_numbers(const google::protobuf::RepeatedPtrField<v1::NamedNumber>& from) {
+  std::vector<NamedNumber> numbers;
+  for (const v1::NamedNumber& number : from) numbers.push_back({number.name(), number.value()});
+  return numbers;
+}
+
 struct Rows {
   absl::Status status;
   std::vector<BodyRow> rows;
@@ -94,8 +102,19 @@ Rows rows_of(const v1::BodyColumns& columns) {
 bool agree(const v1::JointColumns& columns) {
   std::int64_t values = 0;
   for (const std::uint32_t axes : columns.axes()) values += axes;
+  const auto has = [](int size, std::int64_t all) { return size == 0 || size == all; };
   return columns.axes_size() == columns.ids_size() && columns.positions_size() == values &&
-         columns.rates_size() == values;
+         columns.rates_size() == values && has(columns.efforts_size(), values) &&
+         has(columns.reactions_size(), 6 * std::int64_t{columns.ids_size()});
+}
+
+// Whether there are as many numbers as degrees of freedom ask for.
+bool agree(const v1::Dynamics& dynamics) {
+  const std::int64_t freedoms = dynamics.velocities_size();
+  const auto has = [](int size, std::int64_t all) { return size == 0 || size == all; };
+  return dynamics.freedoms_size() == dynamics.joints_size() && dynamics.bias_size() == freedoms &&
+         has(dynamics.efforts_size(), freedoms) && has(dynamics.mass_matrix_size(), freedoms * freedoms) &&
+         (freedoms > 0 ? dynamics.jacobians_size() % (6 * freedoms) == 0 : dynamics.jacobians_size() == 0);
 }
 
 absl::Status check(const v1::QueryResult& result) {
@@ -105,6 +124,9 @@ absl::Status check(const v1::QueryResult& result) {
     case v1::QueryResult::kJointStates:
       if (agree(result.joint_states())) return absl::OkStatus();
       return absl::DataLossError("states of joints in columns of different lengths");
+    case v1::QueryResult::kDynamics:
+      if (agree(result.dynamics())) return absl::OkStatus();
+      return absl::DataLossError("dynamics of other sizes than the degrees of freedom");
     case v1::QueryResult::kFindBodies:
       return read(result.find_bodies()).status();
     case v1::QueryResult::kFindJoints:
@@ -177,11 +199,53 @@ QueryPlace<std::vector<BodySample>> QueryList::states(const std::vector<BodyId>&
   return {request_->queries_size() - 1};
 }
 
-QueryPlace<std::vector<JointValues>> QueryList::joint_states(const std::vector<JointId>& ids,
-                                                             const std::string& prefix) {
+QueryPlace<std::vector<JointValues>> QueryList::joint_states(const JointStatesQuery& wanted) {
   v1::JointStatesQuery& query = *request_->add_queries()->mutable_joint_states();
-  for (const JointId id : ids) query.add_ids(id.value);
-  query.set_name_prefix(prefix);
+  for (const JointId id : wanted.ids) query.add_ids(id.value);
+  query.set_name_prefix(wanted.prefix);
+  query.set_efforts(wanted.efforts);
+  query.set_reactions(wanted.reactions);
+  return {request_->queries_size() - 1};
+}
+
+QueryPlace<FoundContacts> QueryList::contacts(const ContactsQuery& wanted) {
+  v1::ContactsQuery& query = *request_->add_queries()->mutable_contacts();
+  for (const BodyName& body : wanted.bodies) *query.add_bodies() = reference_to(body);
+  query.set_name_prefix(wanted.prefix);
+  query.set_limit(wanted.limit);
+  return {request_->queries_size() - 1};
+}
+
+QueryPlace<std::optional<BodyDistance>> QueryList::distance(const DistanceQuery& wanted) {
+  v1::DistanceQuery& query = *request_->add_queries()->mutable_distance();
+  *query.mutable_a() = reference_to(wanted.a);
+  *query.mutable_b() = reference_to(wanted.b);
+  query.set_reach(wanted.reach);
+  return {request_->queries_size() - 1};
+}
+
+QueryPlace<Dynamics> QueryList::dynamics(const DynamicsQuery& wanted) {
+  v1::DynamicsQuery& query = *request_->add_queries()->mutable_dynamics();
+  if (wanted.body) {
+    *query.mutable_body() = reference_to(*wanted.body);
+  } else if (wanted.joint) {
+    *query.mutable_joint() = reference_to(*wanted.joint);
+  }
+  query.mutable_accelerations()->Add(wanted.accelerations.begin(), wanted.accelerations.end());
+  for (const BodyPoint& point : wanted.points) {
+    v1::DynamicsQuery::Point& added = *query.add_points();
+    *added.mutable_body() = reference_to(point.body);
+    *added.mutable_local() = tessera::to_proto(point.local);
+  }
+  query.set_mass_matrix(wanted.mass_matrix);
+  return {request_->queries_size() - 1};
+}
+
+QueryPlace<FoundPrograms> QueryList::programs(const ProgramsQuery& wanted) {
+  v1::ProgramsQuery& query = *request_->add_queries()->mutable_programs();
+  for (const BodyId id : wanted.ids) query.add_ids(id.value);
+  query.set_name_prefix(wanted.prefix);
+  query.set_limit(wanted.limit);
   return {request_->queries_size() - 1};
 }
 
@@ -251,17 +315,79 @@ std::vector<JointValues> Answers::operator[](QueryPlace<std::vector<JointValues>
   std::vector<JointValues> joints;
   auto position = columns.positions().begin();
   auto rate = columns.rates().begin();
+  auto effort = columns.efforts().begin();
+  const double* reaction = columns.reactions().data();
   for (int n = 0; n < columns.ids_size(); ++n) {
     const int axes = static_cast<int>(columns.axes(n));
-    joints.push_back({JointId{columns.ids(n)}, {position, position + axes}, {rate, rate + axes}});
+    JointValues& joint = joints.emplace_back(
+        JointValues{JointId{columns.ids(n)}, {position, position + axes}, {rate, rate + axes}});
     position += axes;
     rate += axes;
+    if (columns.efforts_size() > 0) {
+      joint.efforts.assign(effort, effort + axes);
+      effort += axes;
+    }
+    if (columns.reactions_size() == 0) continue;
+    joint.force = Eigen::Map<const Eigen::Vector3d>(reaction);
+    joint.torque = Eigen::Map<const Eigen::Vector3d>(reaction + 3);
+    reaction += 6;
   }
   return joints;
 }
 
+FoundContacts Answers::operator[](QueryPlace<FoundContacts> place) const {
+  const v1::FoundContacts& found = reply_->results(place.place).contacts();
+  FoundContacts result{{}, found.truncated()};
+  for (const v1::Contact& contact : found.contacts()) result.contacts.push_back(contact_sample(contact));
+  return result;
+}
+
+std::optional<BodyDistance> Answers::operator[](QueryPlace<std::optional<BodyDistance>> place) const {
+  const v1::Distance& found = reply_->results(place.place).distance();
+  if (found.beyond()) return std::nullopt;
+  return BodyDistance{found.distance(), from_proto(found.on_a()), from_proto(found.on_b()),
+                      from_proto(found.normal())};
+}
+
+Dynamics Answers::operator[](QueryPlace<Dynamics> place) const {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const v1::Dynamics& from = reply_->results(place.place).dynamics();
+  const auto vector = [](const google::protobuf::RepeatedField<double>& numbers) -> Eigen::VectorXd {
+    return Eigen::Map<const Eigen::VectorXd>(numbers.data(), numbers.size());
+  };
+  Dynamics dynamics;
+  dynamics.base = BodyId{from.base()};
+  for (const std::uint64_t id : from.joints()) dynamics.joints.push_back(JointId{id});
+  dynamics.freedoms.assign(from.freedoms().begin(), from.freedoms().end());
+  dynamics.velocities = vector(from.velocities());
+  dynamics.bias = vector(from.bias());
+  dynamics.efforts = vector(from.efforts());
+  const Eigen::Index freedoms = from.velocities_size();
+  if (from.mass_matrix_size() > 0)
+    dynamics.mass_matrix = Eigen::Map<const RowMajor>(from.mass_matrix().data(), freedoms, freedoms);
+  for (int first = 0; first < from.jacobians_size(); first += static_cast<int>(6 * freedoms))
+    dynamics.jacobians.push_back(Eigen::Map<const RowMajor>(from.jacobians().data() + first, 6, freedoms));
+  return dynamics;
+}
+
+FoundPrograms Answers::operator[](QueryPlace<FoundPrograms> place) const {
+  const v1::FoundPrograms& from = reply_->results(place.place).programs();
+  FoundPrograms result;
+  result.truncated = from.truncated();
+  for (const v1::FoundPrograms::Found& found : from.programs()) {
+    result.programs.push_back({BodyId{found.body()}, found.name(), found.program(), found.kind(),
+                               named_numbers(found.parameters()), named_numbers(found.inputs()),
+                               named_numbers(found.values()), found.fault()});
+  }
+  return result;
+}
+
 std::string Answers::operator[](QueryPlace<std::string> place) const {
   return reply_->results(place.place).hash().hash();
+}
+
+std::string Answers::program_hash(QueryPlace<std::string> place) const {
+  return reply_->results(place.place).hash().programs();
 }
 
 FoundBodies Answers::operator[](QueryPlace<FoundBodies> place) const {

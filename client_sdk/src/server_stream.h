@@ -14,7 +14,6 @@
 #include <mutex>
 #include <optional>
 #include <random>
-#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -22,6 +21,7 @@
 
 #include "client_sdk/src/stream_merger.h"
 #include "keys/keys_folder.h"
+#include "proto/server_header.h"
 #include "proto/status.h"
 #include "tessera.grpc.pb.h"
 #include "tessera/stream.h"
@@ -36,12 +36,16 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
   using Request = typename Traits::Request;
   // Asks the coordinator where the world is.
   using AskStatus = std::function<absl::StatusOr<v1::StatusReply>()>;
+  // The address of the gateway that the last status came through.
+  using Gateway = std::function<std::string()>;
 
-  ServerStreams(Request request, const v1::StatusReply& status, ClientKeys keys, AskStatus ask_status)
+  ServerStreams(Request request, const v1::StatusReply& status, ClientKeys keys, AskStatus ask_status,
+                Gateway gateway)
       : request_(std::move(request)),
         load_(status.load()),
         keys_(std::move(keys)),
-        ask_status_(std::move(ask_status)) {
+        ask_status_(std::move(ask_status)),
+        gateway_(std::move(gateway)) {
     std::random_device source;
     request_.set_subscription((std::uint64_t{source()} << 32) | source() | 1);
     follow(status);
@@ -90,9 +94,9 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
 
   // Opens streams at the servers that take part in the world, and ends those at others.
   void follow(const v1::StatusReply& status) {
-    std::set<std::string> wanted;
+    std::map<std::string, std::uint64_t> wanted;  // nodes
     for (const v1::ServerStatus& server : status.servers()) {
-      if (server.takes_part()) wanted.insert(server.stream_address());
+      if (server.takes_part()) wanted.emplace(server.stream_address(), server.node());
     }
     std::vector<std::unique_ptr<Reader>> old;
     {
@@ -104,8 +108,10 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
         old.push_back(std::move(here->second));
         readers_.erase(here);
       }
-      for (const std::string& address : wanted) {
-        if (!ended_ && !readers_.contains(address)) readers_.emplace(address, open(address));
+      for (const auto& [address, node] : wanted) {
+        if (ended_ || readers_.contains(address)) continue;
+        readers_.emplace(address, status.through_gateway() ? open(address, gateway_(), node)
+                                                           : open(address, address, std::nullopt));
       }
     }
     for (const auto& reader : old) reader->thread.join();
@@ -121,11 +127,14 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
     return is_wanted || now - *reader.unwanted_since < kFarewell;
   }
 
-  std::unique_ptr<Reader> open(const std::string& address) {
+  // The stream of the server at `address`, over a channel to it, or to a gateway, which is told its node.
+  std::unique_ptr<Reader> open(const std::string& address, const std::string& channel,
+                               std::optional<std::uint64_t> node) {
     auto reader = std::make_unique<Reader>();
     grpc::ChannelArguments arguments;
     arguments.SetMaxReceiveMessageSize(-1);
-    reader->stub = v1::Streams::NewStub(keys_.channel(address, arguments));
+    reader->stub = v1::Streams::NewStub(keys_.channel(channel, arguments));
+    if (node) reader->context.AddMetadata(kServerHeader, absl::StrCat(*node));
     reader->thread = std::thread([this, address, from = reader.get()] { read(address, *from); });
     return reader;
   }
@@ -216,6 +225,7 @@ class ServerStreams final : public Stream<typename Traits::Frame> {
   const std::uint64_t load_;
   const ClientKeys keys_;
   const AskStatus ask_status_;
+  const Gateway gateway_;
   StreamMerger<Frame> merger_;
   std::optional<std::chrono::steady_clock::time_point> missed_since_;  // the coordinator; of follower_
 

@@ -41,6 +41,14 @@ json described(const ServerStatus& server) {
   return one;
 }
 
+json described(const CutOff& server) {
+  return {{"node", server.node},
+          {"stream_address", server.stream_address},
+          {"unheard_by", server.unheard_by},
+          {"seconds", server.seconds},
+          {"tick", server.tick}};
+}
+
 }  // namespace
 
 json to_json(const TickTimes& times) {
@@ -71,6 +79,7 @@ json to_json(const ClusterStatus& status) {
               {"recoveries", status.recoveries},
               {"joined_servers", status.joined_servers},
               {"left_servers", status.left_servers},
+              {"cut_off_servers", status.cut_off_servers},
               {"moved_sectors", status.moved_sectors},
               {"moved_bodies", status.moved_bodies},
               {"checkpoint_tick", status.checkpoint_tick},
@@ -84,8 +93,13 @@ json to_json(const ClusterStatus& status) {
     all[counter.name] = (is_total ? status.counts_since_load : status.counts).*counter.value;
     all["counters"].push_back(counter.name);
   }
+  json& cut_off = all["cut_off"] = json::array();
+  for (const CutOff& server : status.cut_off) cut_off.push_back(described(server));
   json& divergences = all["divergences"] = json::array();
   for (const NamedDivergence& divergence : status.divergences) divergences.push_back(to_json(divergence));
+  json& left_out = all["left_out"] = json::array();
+  for (const LeftOutCommands& each : status.left_out)
+    left_out.push_back({{"tick", each.tick}, {"commands", each.commands}, {"reason", each.reason}});
   if (status.settings) all["settings"] = to_json(*status.settings);
   return all;
 }

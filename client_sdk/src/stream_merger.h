@@ -43,7 +43,7 @@ void join(std::vector<Sample>& whole, std::vector<Sample> part, const Order& ord
 
 inline void join(ContactFrame& whole, ContactFrame part) {
   join(whole.contacts, std::move(part.contacts), [](const auto& x, const auto& y) {
-    return std::tie(x.a, x.b, x.phase) < std::tie(y.a, y.b, y.phase);
+    return std::tie(x.trigger, x.a, x.b, x.phase) < std::tie(y.trigger, y.a, y.b, y.phase);
   });
 }
 

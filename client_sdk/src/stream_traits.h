@@ -10,6 +10,7 @@
 
 #include "client_sdk/src/body_news.h"
 #include "client_sdk/src/body_sample.h"
+#include "client_sdk/src/contact_sample.h"
 #include "proto/convert.h"
 #include "proto/packed_bodies.h"
 #include "tessera.grpc.pb.h"
@@ -27,6 +28,7 @@ class BodyReader {
     BodyNews news;
     news.tick = batch.tick();
     news.servers = {batch.node()};
+    news.deferred = batch.deferred();
     if (batch.whole()) {
       news.whole = {batch.node()};
       unpacker_.clear();
@@ -86,28 +88,10 @@ struct ContactTraits {
   static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
     return stub.WatchContacts(context, request);
   }
-  static ContactPhase phase_of(v1::Contact::Phase phase) {
-    if (phase == v1::Contact::BEGIN) return ContactPhase::kBegin;
-    return phase == v1::Contact::END ? ContactPhase::kEnd : ContactPhase::kPersist;
-  }
   static Frame read(const Batch& batch) {
     Frame frame{batch.tick(), {}};
-    for (const v1::Contact& contact : batch.contacts()) {
-      frame.contacts.push_back({phase_of(contact.phase()), BodyId{contact.a()}, BodyId{contact.b()},
-                                from_proto(contact.position()), from_proto(contact.normal()),
-                                contact.impulse(), from_proto(contact.friction()), points_of(contact)});
-    }
+    for (const v1::Contact& contact : batch.contacts()) frame.contacts.push_back(contact_sample(contact));
     return frame;
-  }
-  static std::vector<ContactPointSample> points_of(const v1::Contact& contact) {
-    std::vector<ContactPointSample> points;
-    const int count = std::min({contact.points_size() / 3, contact.depths_size(), contact.impulses_size()});
-    for (int n = 0; n < count; ++n) {
-      points.push_back({{contact.points(3 * n), contact.points(3 * n + 1), contact.points(3 * n + 2)},
-                        contact.depths(n),
-                        contact.impulses(n)});
-    }
-    return points;
   }
 };
 

@@ -7,11 +7,13 @@
 
 #include <algorithm>
 #include <memory>
+#include <type_traits>
 #include <utility>
 
 #include "client_sdk/src/coordinators.h"
 #include "client_sdk/src/server_stream.h"
 #include "keys/keys_folder.h"
+#include "proto/stream_limits.h"
 #include "tessera.grpc.pb.h"
 
 namespace tessera {
@@ -28,10 +30,14 @@ class Subscriber {
     const absl::Time deadline = absl::Now() + timeout;
     const absl::StatusOr<v1::StatusReply> status = watchable(deadline);
     if (!status.ok()) return status.status();
+    const absl::StatusOr<typename Traits::Request> shared = shared_out(request, *status);
+    if (!shared.ok()) return shared.status();
     auto stream = std::make_unique<ServerStreams<Traits>>(
-        request, *status, keys_, [coordinators = coordinators_]() -> absl::StatusOr<v1::StatusReply> {
+        *shared, *status, keys_,
+        [coordinators = coordinators_]() -> absl::StatusOr<v1::StatusReply> {
           return coordinators->call(&v1::Tessera::Stub::GetStatus, v1::StatusRequest(), kAskTimeout);
-        });
+        },
+        [coordinators = coordinators_] { return coordinators->address(); });
     if (absl::Status subscribed = stream->wait_for_all(deadline - absl::Now()); !subscribed.ok())
       return subscribed;
     return stream;
@@ -39,6 +45,24 @@ class Subscriber {
 
  private:
   static constexpr absl::Duration kAskTimeout = absl::Seconds(2);
+
+  // What each server is asked for. INVALID_ARGUMENT.
+  template <typename Request>
+  static absl::StatusOr<Request> shared_out(Request request, const v1::StatusReply& status) {
+    if constexpr (std::is_same_v<Request, v1::WatchBodiesRequest>) {
+      const std::uint64_t budget = request.bytes_per_second();
+      if (budget == 0) return request;
+      std::uint64_t servers = 0;
+      for (const v1::ServerStatus& server : status.servers()) servers += server.takes_part() ? 1 : 0;
+      if (budget < servers * kBytesPerSecondMin) {
+        return absl::InvalidArgumentError(absl::StrCat("bytes_per_second = ", budget,
+                                                       " must be 0, or at least ", kBytesPerSecondMin,
+                                                       " for each of ", servers, " servers"));
+      }
+      request.set_bytes_per_second(budget / servers);
+    }
+    return request;
+  }
 
   // With servers that take part in the world.
   absl::StatusOr<v1::StatusReply> watchable(absl::Time deadline) const {

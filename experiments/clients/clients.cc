@@ -240,7 +240,7 @@ class ClientFigures {
         batch.commands.set_drive(drives.id, drives.drives[0]);
       }
       batch.ticks = 1;
-      const auto joints = batch.queries.joint_states({});
+      const auto joints = batch.queries.joint_states();
       const absl::StatusOr<Answers> answers = client().run(batch);
       if (!answers.ok()) return answers.status();
       if ((*answers)[joints].size() != batch.commands.size())

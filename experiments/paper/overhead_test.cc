@@ -31,8 +31,9 @@ TEST(OverheadExperiment, EveryPhaseHasItsShareOfTheTick) {
   }
   EXPECT_EQ(phases.size(), 6u);
   for (const auto& [run, names] : phases) {
-    EXPECT_EQ(names, (std::set<std::string>{"sectorization", "seam search", "exchange", "cloning",
-                                            "detection", "islands", "solving", "integration", "hashing"}))
+    EXPECT_EQ(names,
+              (std::set<std::string>{"sectorization", "seam search", "exchange", "cloning", "detection",
+                                     "islands", "solving", "integration", "programs", "hashing"}))
         << run;
   }
 }

@@ -44,10 +44,11 @@ struct Scene {
   // Where there are many worlds, or none that runs.
   std::function<absl::StatusOr<Results>(const WorldSettings&, const Make&, bool quick)> measure;
 
-  bool in_bullet = true;   // Bullet has all of it
-  bool has_border = true;  // a border of sectors is put through it, too
-  bool has_order = false;  // it is run with half the time step, too
-  bool in_quick = true;    // part of a quick run
+  bool in_bullet = true;        // Bullet has all of it
+  bool has_border = true;       // a border of sectors is put through it, too
+  bool has_order = false;       // it is run with half the time step, too
+  bool in_quick = true;         // part of a quick run
+  bool keeps_contacts = false;  // events of contacts and triggers: Course::contacts()
 };
 
 // Scenes are at x = kPlace, where sectors of kBorderSectors (m) have a border.
@@ -65,5 +66,7 @@ std::vector<Scene> through_scenes();  // nothing passes through anything
 std::vector<Scene> flush_scenes();    // over borders of what lies flush
 std::vector<Scene> flight_scenes();   // falls, orbits, spins: what is conserved
 std::vector<Scene> ray_scenes();
+std::vector<Scene> trigger_scenes();  // who is in them, and when
+std::vector<Scene> program_scenes();  // how lifts, characters and vehicles move
 
 }  // namespace tessera::truth

@@ -36,6 +36,35 @@ Scene fall() {
   return scene;
 }
 
+// --- forces that last ---
+
+// One along the world's axes, and one that turns with its body, at w: v = F / (m w) (sin wt, 1 - cos wt).
+Scene thrusters() {
+  constexpr double kPush = 6, kMass = 3, kTurn = 2;  // N, kg, rad/s
+  Scene scene;
+  scene.group = "flight";
+  scene.name = "thrusters";
+  scene.seconds = 4;
+  scene.has_order = true;
+  scene.in_bullet = false;
+  scene.world = [=](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    const LastingForce push{{{kPush, 0, 0}, {}}};
+    add_body(builder, "straight", Sphere{0.1}, kMass, {kPlace, 0, 0}, 0).properties.lasting = push;
+    BodyDescription& turning = add_body(builder, "turning", Sphere{0.1}, kMass, {kPlace, 2, 0}, 0);
+    turning.angular_velocity = {0, 0, kTurn};
+    turning.properties.lasting = LastingForce{push.wrench, true};
+    return builder.world();
+  };
+  scene.results = [=](const Course& course) -> Results {
+    const double time = course.seconds(), angle = kTurn * time;
+    const Vector3d right = kPush / (kMass * kTurn) * Vector3d(std::sin(angle), 1 - std::cos(angle), 0);
+    return {{"momentum given", "N s", kPush * time, kMass * course.last("straight").velocity.x(), 1e-3},
+            {"velocity of one that turns", "m/s", 0, (course.last("turning").velocity - right).norm(), 0.02}};
+  };
+  return scene;
+}
+
 // --- orbits ---
 
 constexpr double kEarthRadius = 6.371e6;  // m
@@ -160,8 +189,12 @@ Scene crash() {
 }  // namespace
 
 std::vector<Scene> flight_scenes() {
-  return {fall(), orbit("a_day_at_400_km", 86'400, 0), orbit("an_hour_at_400_km_inclined", 3'600, 0.9),
-          tumble(), crash()};
+  return {fall(),
+          thrusters(),
+          orbit("a_day_at_400_km", 86'400, 0),
+          orbit("an_hour_at_400_km_inclined", 3'600, 0.9),
+          tumble(),
+          crash()};
 }
 
 }  // namespace tessera::truth

@@ -27,7 +27,7 @@ double Result::error() const {
 
 std::vector<Scene> all_scenes() {
   return joined({rest_scenes(), slide_scenes(), carrier_scenes(), impact_scenes(), through_scenes(),
-                 flush_scenes(), flight_scenes(), ray_scenes()});
+                 flush_scenes(), flight_scenes(), ray_scenes(), trigger_scenes(), program_scenes()});
 }
 
 namespace {
@@ -68,7 +68,7 @@ absl::StatusOr<Results> results_of(const Scene& scene, const Variant& variant, b
   if (!local.ok()) return local.status();
   Course course(world, scene.every);
   const bool is_shorter = quick && scene.quick_seconds > 0;
-  run(**local, is_shorter ? scene.quick_seconds : scene.seconds, scene.script, course);
+  run(**local, is_shorter ? scene.quick_seconds : scene.seconds, scene.script, course, scene.keeps_contacts);
   return scene.results(course);
 }
 

@@ -17,7 +17,10 @@ class BulletEngine final : public Engine {
   explicit BulletEngine(const EngineSettings& settings) : settings_(settings) {}
 
   const EngineSettings& settings() const override { return settings_; }
-  void add_shape(ShapeId id, const Shape& shape) override { shapes_.add(id, shape); }
+  void add_shape(ShapeId id, const Shape& shape) override {
+    require(!tessera::has_triggers(shape), "Bullet's own worlds have no triggers");
+    shapes_.add(id, shape);
+  }
   void forget_shape(ShapeId id) override { shapes_.forget(id); }
   std::unique_ptr<SectorWorld> make_world() override;
   std::unique_ptr<IslandSolver> make_solver() override;

@@ -28,6 +28,7 @@
 #include "lpss/base/parallel.h"
 #include "lpss/islands/island_end.h"
 #include "lpss/joints/island_joint.h"
+#include "lpss/joints/joint_loads.h"
 #include "lpss/model/body.h"
 #include "lpss/model/divergence.h"
 #include "lpss/model/joint.h"
@@ -87,6 +88,14 @@ struct ContactDetail {
   double impulse = 0;                                  // N s, along the normal, of all points
   Eigen::Vector3d friction = Eigen::Vector3d::Zero();  // N s, in the world's axes, across the normal
   std::vector<TouchingPoint> points;                   // relative to the sector's centre
+};
+
+// Something in a trigger: a solid part of `visitor` overlaps a part of `trigger` that notices.
+struct Overlap {
+  BodyId trigger;
+  BodyId visitor;
+
+  friend auto operator<=>(const Overlap&, const Overlap&) = default;
 };
 
 // The contact points of a pair with all data for warm starting. Only the engine that wrote the bytes can read
@@ -234,6 +243,15 @@ class SectorWorld {
   // pair is skipped if the two are not near each other. Call on bodies that were just added or moved.
   virtual void import_manifold(const ManifoldState& manifold) = 0;
 
+  // What is in triggers as of the last detection, ascending, of the pairs that this world looks after: those
+  // in which a body that can move lives here, in the home of the dynamic one if only one is. Two kinematic
+  // bodies are found in the homes of both. `before` is what it said last, with what has come since: pairs in
+  // it that rest are not looked at again. Engines without triggers find nothing.
+  virtual void find_overlaps(std::span<const Overlap> /*before*/, std::vector<Overlap>& now) { now.clear(); }
+
+  // Whether a body of the world has a trigger.
+  virtual bool has_triggers() const { return false; }
+
   // For a solver elsewhere, between detect() and integrate(): appends the numbers of a dynamic body that
   // lives here, or those of a pair in contacts(). Only engines of the same kind and precision can read them.
   virtual void append_numbers(BodySlot slot, std::string& bytes) const = 0;
@@ -323,7 +341,8 @@ struct SolvedTask {
   std::string pairs;
   std::vector<std::size_t> body_ends;
   std::vector<std::size_t> pair_ends;
-  std::vector<BlamedJoint> blamed;  // places are those in the task
+  std::vector<BlamedJoint> blamed;      // places are those in the task
+  std::vector<JointLoads> joint_loads;  // of the task's joints; none from engines that do not tell
 
   void clear() { *this = {}; }
 };
@@ -389,6 +408,9 @@ class Engine {
   virtual std::unique_ptr<StagedSolver> make_staged_solver() = 0;
   // Null for an engine that has none.
   virtual std::unique_ptr<WholeWorld> make_whole_world() = 0;
+
+  // False as long as no body of any of its worlds has had a trigger.
+  virtual bool has_triggers() const { return false; }
 
   // Whether import_manifold() can read it: an engine of this kind and precision has written it.
   virtual bool can_read(const ManifoldState& manifold) const = 0;

@@ -12,6 +12,7 @@
 
 #include "lpss/base/divergence_kind.h"
 #include "lpss/joints/island_joint.h"
+#include "lpss/joints/joint_loads.h"
 #include "lpss/solver/contact_solver.h"
 
 namespace tessera {
@@ -68,6 +69,7 @@ struct Islands {
   std::vector<Surface> surfaces;  // of patches, which refer to them
   std::vector<Course> courses;    // likewise
   std::vector<IslandJoint> joints;
+  std::vector<JointLoads> joint_loads;  // of these, once they are solved
 
   std::size_t fixed() const { return dynamics; }
 };

@@ -248,6 +248,18 @@ void JointTurns<Scalar>::write_impulses() {
 }
 
 template <typename Scalar>
+void JointTurns<Scalar>::write_loads() {
+  std::vector<JointLoads>& loads = islands_->joint_loads;
+  loads.resize(islands_->joints.size());
+  joints_.write_impulses(loads);
+  for (JointLoads& of : loads) {
+    for (double& effort : of.effort) effort /= dt_;
+    for (double& force : of.force) force /= dt_;
+    for (double& torque : of.torque) torque /= dt_;
+  }
+}
+
+template <typename Scalar>
 void JointTurns<Scalar>::end() {
   if (is_empty()) return;
   write_impulses();
@@ -269,6 +281,7 @@ void JointTurns<Scalar>::end() {
     solved.way = (moved.way - linear * dt_).template cast<Scalar>();
     solved.turn = rotation_vector(turn).template cast<Scalar>();
   }
+  write_loads();
 }
 
 // Or may have, where it turns fast: who hosts it decides, by its size.

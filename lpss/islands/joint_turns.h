@@ -53,6 +53,7 @@ class JointTurns final : private FreeBodies {
   joints::SolvedJoint solved_joint(const IslandJoint& joint) const;
   void begin_jointed_contacts();
   void write_impulses();
+  void write_loads();
   bool has_diverged(std::size_t place) const;
   Pose pose_after(std::size_t place) const;
   double error_of(const IslandJoint& joint) const;

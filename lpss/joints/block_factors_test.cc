@@ -196,6 +196,15 @@ TEST(BlockPattern, AChainFillsNothing) {
   EXPECT_LT(pattern.panels_size(), 1000u * 6 * 6 * 4);
 }
 
+TEST(BlockPattern, WhatWouldTakeTooLongIsLeftOut) {
+  const Graph mesh = grid(100);
+  EXPECT_FALSE(BlockPattern(std::vector<int>(10'000, 3), mesh.edges).is_too_large());
+  EXPECT_FALSE(BlockPattern(std::vector<int>(600, 3), all_to_all(600).edges).is_too_large());
+  const BlockPattern dense(std::vector<int>(900, 3), all_to_all(900).edges);
+  EXPECT_TRUE(dense.is_too_large());
+  EXPECT_EQ(dense.panels_size(), 0u) << "nothing is reserved for it";
+}
+
 TEST(BlockPattern, AGridFillsLittle) {
   const BlockPattern pattern(std::vector<int>(1600, 3), grid(40).edges);
   EXPECT_LT(pattern.panels_size(), 1'000'000u);

@@ -79,31 +79,6 @@ std::vector<int> postorder(const std::vector<int>& parents) {
   return order;
 }
 
-// The later ones that each fills, ascending.
-std::vector<std::vector<int>> filled(const std::vector<int>& order,
-                                     const std::vector<std::vector<int>>& neighbours) {
-  const std::vector<int> places = inverse(order);
-  std::vector<std::vector<int>> below(order.size());
-  std::vector<std::vector<int>> children(order.size());
-  std::vector<int> seen(order.size(), -1);
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const int here = static_cast<int>(k);
-    const auto add = [&](int place) {
-      if (place <= here || seen[static_cast<std::size_t>(place)] == here) return;
-      seen[static_cast<std::size_t>(place)] = here;
-      below[k].push_back(place);
-    };
-    for (const int node : neighbours[static_cast<std::size_t>(order[k])])
-      add(places[static_cast<std::size_t>(node)]);
-    for (const int child : children[k]) {
-      for (const int place : below[static_cast<std::size_t>(child)]) add(place);
-    }
-    std::ranges::sort(below[k]);
-    if (!below[k].empty()) children[static_cast<std::size_t>(below[k].front())].push_back(here);
-  }
-  return below;
-}
-
 }  // namespace
 
 BlockPattern::BlockPattern(std::vector<int> sizes, std::vector<Edge> edges)
@@ -114,9 +89,41 @@ BlockPattern::BlockPattern(std::vector<int> sizes, std::vector<Edge> edges)
     neighbours[static_cast<std::size_t>(b)].push_back(a);
   }
   const std::vector<int> nodes = order(neighbours);
-  make_fronts(nodes, filled(nodes, neighbours));
+  const Rows below = filled(nodes, neighbours);
+  if (is_too_large_) return;
+  make_fronts(nodes, below);
   place_updates();
   place_blocks();
+}
+
+BlockPattern::Rows BlockPattern::filled(const std::vector<int>& order, const Rows& neighbours) {
+  const std::vector<int> places = inverse(order);
+  Rows below(order.size());
+  Rows children(order.size());
+  std::vector<int> seen(order.size(), -1);
+  double work = 0;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const int here = static_cast<int>(k);
+    double rows = sizes_[static_cast<std::size_t>(order[k])];
+    const double pivots = rows;
+    const auto add = [&](int place) {
+      if (place <= here || seen[static_cast<std::size_t>(place)] == here) return;
+      seen[static_cast<std::size_t>(place)] = here;
+      below[k].push_back(place);
+      rows += sizes_[static_cast<std::size_t>(order[static_cast<std::size_t>(place)])];
+    };
+    for (const int node : neighbours[static_cast<std::size_t>(order[k])])
+      add(places[static_cast<std::size_t>(node)]);
+    for (const int child : children[k]) {
+      for (const int place : below[static_cast<std::size_t>(child)]) add(place);
+    }
+    work += pivots * rows * rows;
+    is_too_large_ = work > kFactorWorkMax;
+    if (is_too_large_) return below;
+    std::ranges::sort(below[k]);
+    if (!below[k].empty()) children[static_cast<std::size_t>(below[k].front())].push_back(here);
+  }
+  return below;
 }
 
 std::vector<int> BlockPattern::order(const Rows& neighbours) const {

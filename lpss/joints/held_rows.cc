@@ -119,8 +119,9 @@ bool HeldRows::factorise(const std::vector<Inertia>& inertia, double gives_way, 
   }
   if (pattern_ == nullptr || !pattern_->is_of(sizes_, edges_)) {
     pattern_ = patterns.of(sizes_, edges_);
-    factors_.set_pattern(pattern_);
+    if (!pattern_->is_too_large()) factors_.set_pattern(pattern_);
   }
+  if (pattern_->is_too_large()) return false;
   make_matrix();
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     BlockFactors::Block block = factors_.block(pattern_->diagonal(n), sizes_[n], sizes_[n]);

@@ -66,6 +66,7 @@ void JointAssembly::add(const SolvedJoint& joint, std::span<const JointedBody> b
   tie.parent.reset();
   if (joint.parent) tie.parent = place_of(*joint.parent);
   tie.joint = joint;
+  tie.impulses = {};
 }
 
 void JointAssembly::begin(double dt, int steps) {
@@ -83,7 +84,11 @@ void JointAssembly::begin(double dt, int steps) {
   make_nodes();
   is_anchored_ = std::ranges::any_of(ties_, [](const Tie& tie) { return !tie.parent; });
   find_rotors();
-  gives_way_ = has_loop() ? kLoopGivesWay : kTreeGivesWay;
+  const bool loops = has_loop();
+  gives_way_ = loops ? kLoopGivesWay : kTreeGivesWay;
+  has_begun_ = false;
+  ends_.clear();
+  if (!loops) find_ends();
   velocities_.resize(kBodyNumbers * static_cast<Index>(bodies_.size()));
   Index first = 0;
   for (const Body& body : bodies_) {
@@ -162,6 +167,7 @@ bool JointAssembly::factorise() {
 
 void JointAssembly::push(Index body, const Velocities& change) {
   velocities_.segment<6>(kBodyNumbers * body) += change;
+  if (has_begun_) pushed_.segment<6>(kBodyNumbers * body) += change;
   is_held_ = is_settled_ = false;
   is_pushed_ = awaits_answer_ = true;
   changed_ = 0;
@@ -180,6 +186,7 @@ void JointAssembly::set_motion(const Motion& motion) {
 
 void JointAssembly::start_step() {
   if (has_diverged_) return;
+  note_impulses();
   is_settled_ = is_held_ = is_pushed_ = awaits_answer_ = false;
   changed_ = 0;
   Index first = 0;
@@ -196,6 +203,7 @@ void JointAssembly::start_step() {
   }
   if (has_diverged_) return;
   turn_freely();
+  begin_impulses();
   if (free_count_ == 0) return;
   Motion& moved = begin_motion();
   for (const FreeRow& free : free_rows()) push(moved, free, free.impulse);
@@ -387,6 +395,7 @@ bool JointAssembly::gains_energy() {
 
 void JointAssembly::end(std::vector<BodyMotion>& moved) {
   constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+  if (!has_diverged_) note_impulses();
   const bool gains = !has_diverged_ && gains_energy();
   const bool stops = has_diverged_ || gains;
   if (moves_ && !stops) advance();

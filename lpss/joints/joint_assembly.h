@@ -12,6 +12,7 @@
 #include "lpss/base/disjoint_sets.h"
 #include "lpss/joints/held_rows.h"
 #include "lpss/joints/joint_coupling.h"
+#include "lpss/joints/joint_loads.h"
 #include "lpss/joints/joint_rows.h"
 #include "lpss/joints/rotor.h"
 #include "lpss/joints/small_system.h"
@@ -37,6 +38,7 @@ struct SolvedJoint {
   const JointForm* form;
   const JointDrives* drives;
   PosedJoint posed;
+  std::size_t place = 0;  // among those of the solver
 };
 
 // How a body has come to move in a tick.
@@ -100,6 +102,10 @@ class JointAssembly {
   void end_step();
   void end(std::vector<BodyMotion>& moved);
 
+  // Once it has ended: what its joints gave and bore in steps, as impulses of the tick (N s, N m s), by the
+  // places of joints.
+  void write_impulses(std::span<JointLoads> impulses) const;
+
  private:
   // m or rad, of the way of a step: what changes by less is settled.
   static constexpr double kSettled = 1e-8;
@@ -112,6 +118,13 @@ class JointAssembly {
     std::vector<JointRow> rows;
     Eigen::Index held = 0;  // of them, the first ones
     JointPoses shifted;     // where errors might be corrected to
+    JointLoads impulses;    // of the tick, so far
+  };
+
+  // A body that hangs on one joint alone, once those before it are taken off.
+  struct End {
+    std::size_t tie;
+    bool is_child;  // of the joint
   };
 
   // An axis that follows another one, with the ties of both.
@@ -185,6 +198,7 @@ class JointAssembly {
     RotorSearch rotor;
     std::optional<Eigen::Vector3d> spin_axis;                 // of a rotor, world axes
     Eigen::Vector3d beyond_middle = Eigen::Vector3d::Zero();  // N m s: momentum_beyond_middle()
+    Eigen::Vector3d began_beyond = Eigen::Vector3d::Zero();   // likewise, when the step began
   };
 
   void add_links();
@@ -256,6 +270,13 @@ class JointAssembly {
   void set_motion(const Motion& motion);
   void add_opened(const Eigen::VectorXd& had, double time);
   bool gains_energy();
+  void find_ends();
+  void begin_impulses();
+  void note_impulses();
+  void note_efforts();
+  void note_impulse(Tie& tie, const Eigen::Vector3d& force, const Eigen::Vector3d& torque) const;
+  void note_from_ends(Eigen::VectorXd& momenta);
+  void note_by_rows(Eigen::VectorXd& changes);
 
   std::vector<Tie> ties_;
   std::size_t ties_count_ = 0;  // while they are added
@@ -298,7 +319,11 @@ class JointAssembly {
   SmallSystem touched_system_;
   Eigen::VectorXd velocities_;
   Eigen::VectorXd soft_impulses_;
-  double gained_ = 0;  // J, in this tick
+  std::vector<End> ends_;   // of a tree, to what holds it; none where there is a loop
+  bool has_begun_ = false;  // a step whose impulses are to be noted
+  Eigen::VectorXd began_;   // the velocities at its beginning, forces included
+  Eigen::VectorXd pushed_;  // by others, since
+  double gained_ = 0;       // J, in this tick
   bool is_settled_ = false;
   double changed_ = 0;         // m or rad, in the way of the step: by the last pass, since others pushed
   bool has_diverged_ = false;  // in this tick: nothing is solved any more
@@ -306,6 +331,12 @@ class JointAssembly {
   std::size_t ways_count_ = 0;         // ... are the first ones
   Eigen::VectorXd stays_;              // of the last step: those that stayed
   Eigen::VectorXd opened_;             // m, rad: by how much more bodies have moved in steps than by these
+
+  // On how many joints a body hangs that are still there, and the exclusive or of these.
+  struct Hanging {
+    std::size_t joints = 0;
+    std::size_t all = 0;
+  };
 
   // What functions compute with or return, kept for its storage: nothing is left in it for others.
   struct Memory {
@@ -330,6 +361,8 @@ class JointAssembly {
     std::vector<JointRow> rows;
     std::vector<HeldRows::NodeBodies> nodes;
     DisjointSets sets;
+    std::vector<Hanging> hanging;
+    std::vector<std::size_t> open_ends;
     std::vector<double> free_impulses;
     std::vector<double> missing;  // of free rows
     std::vector<double> changes;  // of their impulses

@@ -64,6 +64,7 @@ void JointAssembly::change_free(std::size_t n, double impulse, std::vector<doubl
 void JointAssembly::solve_free_at_once(std::vector<double>& missing) {
   std::vector<double>& changes = memory_.changes;
   std::vector<int>& chosen = memory_.chosen;
+  changes.clear();  // also where all rows are at their bounds, and none is chosen
   chosen.clear();
   for (std::size_t n = 0; n < free_count_; ++n) {
     const FreeRow& free = free_rows_[n];

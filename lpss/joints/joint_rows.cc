@@ -419,6 +419,7 @@ void append_joint_rows(const JointStep& step, std::vector<JointRow>& rows) {
   std::array<Coordinate, 2> at;
   for (std::size_t n = 0; n < static_cast<std::size_t>(axes); ++n) {
     motion[n] = axis_row(joint.type, frames, static_cast<int>(n));
+    motion[n].axis = static_cast<int>(n);
     at[n] = coordinate_of(joint.type, joint.axes[n], position[n]);
   }
   const auto for_each_axis = [&](auto act) {

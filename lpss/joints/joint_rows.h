@@ -30,6 +30,7 @@ struct JointRow {
   // Unbounded impulse.
   bool is_held = false;
   double error = 0;  // for held rows without a compliance: m or rad, by which the bodies are off
+  int axis = 0;      // of a row along an axis of the joint: which one
 };
 
 // The speed of an axis that returns from beyond a limit, which it keeps: rad/s or m/s. The more moves with

@@ -102,4 +102,8 @@ std::span<const BodyMotion> JointSolver::end() {
   return moved_;
 }
 
+void JointSolver::write_impulses(std::span<JointLoads> impulses) const {
+  for (const auto& assembly : assemblies()) assembly->write_impulses(impulses);
+}
+
 }  // namespace tessera::joints

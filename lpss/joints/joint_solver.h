@@ -33,7 +33,10 @@ class JointSolver {
   void clear();
   bool is_empty() const { return joints_.empty(); }
 
-  void add(const SolvedJoint& joint) { joints_.push_back(joint); }
+  void add(const SolvedJoint& joint) {
+    joints_.push_back(joint);
+    joints_.back().place = joints_.size() - 1;
+  }
 
   // The bodies of the joints, ascending. Valid until the next call.
   std::span<const std::size_t> bodies();
@@ -62,6 +65,9 @@ class JointSolver {
 
   // Ends the tick. How bodies have come to move; valid until the next call.
   std::span<const BodyMotion> end();
+
+  // Then: JointAssembly::write_impulses(), of all joints in the order in which they were added.
+  void write_impulses(std::span<JointLoads> impulses) const;
 
  private:
   JointAssembly& assembly_of(std::size_t body);

@@ -34,6 +34,20 @@ void set_surface_motion(BodyProperties& properties, const std::array<double, 3>&
   properties.surface = surface;
 }
 
+Wrench wrench_at(const BodyProperties& properties, const std::array<double, 9>& rotation) {
+  const LastingForce& lasting = *properties.lasting;
+  if (!lasting.turns_along) return lasting.wrench;
+  using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const Eigen::Matrix3d turn = Eigen::Map<const Rotation>(rotation.data()) *
+                               centre_frame(properties).orientation.toRotationMatrix().transpose();
+  Wrench wrench;
+  Eigen::Map<Eigen::Vector3d>(wrench.force.data()) =
+      turn * Eigen::Map<const Eigen::Vector3d>(lasting.wrench.force.data());
+  Eigen::Map<Eigen::Vector3d>(wrench.torque.data()) =
+      turn * Eigen::Map<const Eigen::Vector3d>(lasting.wrench.torque.data());
+  return wrench;
+}
+
 Pose centre_frame(const BodyProperties& properties) {
   return {Eigen::Map<const Eigen::Vector3d>(properties.centre.data()),
           Eigen::Quaterniond(Eigen::Map<const Eigen::Vector4d>(properties.principal_axes.data()))};

@@ -9,8 +9,10 @@
 #include <limits>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "lpss/grid/world_position.h"
+#include "lpss/model/program.h"
 #include "lpss/model/seam_policy.h"
 #include "lpss/model/shape.h"
 #include "lpss/model/surface.h"
@@ -45,6 +47,18 @@ enum class Motion : std::uint8_t { kStatic, kDynamic, kKinematic };
 
 const char* name_of(Motion motion);  // "static", "dynamic", "kinematic"
 
+// A force (N) and torque (N m) about the centre of mass, in the world's axes.
+struct Wrench {
+  std::array<double, 3> force{};
+  std::array<double, 3> torque{};
+};
+
+// What pushes a dynamic body in every tick in which it is awake.
+struct LastingForce {
+  Wrench wrench;
+  bool turns_along = false;  // its axes are those of the body frame
+};
+
 // The properties of a body. Its shape, centre frame and assembly never change, nor whether it is static; all
 // else may (set_properties()). The *centre frame* of a body has its origin in the centre of mass and its axes
 // along the principal axes of inertia: the frame that engines integrate in. States are those of the centre
@@ -63,9 +77,15 @@ struct BodyProperties {
   std::uint32_t category = 1;       // collision bits: two bodies collide if each one's category
   std::uint32_t mask = 0xffffffff;  // matches the other one's mask
   bool gravity = true;
-  std::uint64_t assembly = 0;      // bodies of one assembly (not 0) do not collide: the links of a model
-  std::optional<Surface> surface;  // none: one like any other
+  std::uint64_t assembly = 0;           // bodies of one assembly (not 0) do not collide: the links of a model
+  std::optional<Surface> surface;       // none: one like any other
+  std::optional<LastingForce> lasting;  // none: no force
+  bool trigger = false;                 // all parts of its shape are (PartMaterial::trigger)
 };
+
+// That of the lasting force, which there is, where the centre frame has this rotation (by rows, to world
+// axes).
+Wrench wrench_at(const BodyProperties& properties, const std::array<double, 9>& rotation);
 
 // How awake a body is. A body wants to sleep when it has been slow for long enough, and falls asleep when all
 // of its island wants to.
@@ -91,18 +111,13 @@ struct BodyState {
   std::optional<Velocities> velocities_before;
 };
 
-// A force (N) and torque (N m) about the centre of mass that act during the next tick, in the world's axes.
-struct Wrench {
-  std::array<double, 3> force{};
-  std::array<double, 3> torque{};
-};
-
 // A body as one record, with everything that another sector needs to take it over.
 struct BodyRecord {
   BodyId id;
   SectorIndex home;
   BodyProperties properties;
   BodyState state;
+  std::vector<ProgramRecord> programs = {};  // none on static bodies
 };
 
 // The centre frame's rotation as a unit quaternion, and back.

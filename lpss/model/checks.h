@@ -58,6 +58,11 @@ absl::Status ascend(const std::string& what, const Items& items, const Key& key)
   return refused(what, " must ascend, each once");
 }
 
+inline absl::Status sized(const std::string& what, absl::string_view bytes, std::size_t most) {
+  if (bytes.size() <= most) return absl::OkStatus();
+  return refused(what, ": ", bytes.size(), " bytes must be at most ", most);
+}
+
 inline absl::Status utf8(const std::string& what, absl::string_view name) {
   if (is_utf8(name)) return absl::OkStatus();
   return refused(what, " '", absl::CHexEscape(name), "': the name must be UTF-8");

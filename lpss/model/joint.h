@@ -5,6 +5,7 @@
 
 #include "lpss/grid/sector_index.h"
 #include "lpss/joints/joint_form.h"
+#include "lpss/joints/joint_loads.h"
 #include "lpss/model/body.h"
 
 namespace tessera {
@@ -22,6 +23,7 @@ struct JointRecord {
   JointProperties properties;
   Motion parent_motion = Motion::kStatic;  // of the parent body; the world is static
   JointDrives drives;
+  JointLoads loads;  // of the last tick in which its bodies were awake
 };
 
 // What is known of a joint away from the home of its child. Only the motion of its parent ever changes.

@@ -45,6 +45,9 @@ inline constexpr double kQuaternionNormTolerance = 1e-3;  // how far from 1 a un
 
 inline constexpr std::size_t kBodiesMax = 4'000'000;
 inline constexpr std::size_t kJointsMax = 4'000'000;
+// Of a body that may move: all of these joints push each other through it, so what they cost grows with the
+// cube of their number.
+inline constexpr std::size_t kJointsPerBodyMax = 128;
 inline constexpr std::size_t kFramesMax = 4'000'000;
 inline constexpr std::size_t kShapesMax = 1'000'000;
 inline constexpr std::size_t kShapePartsMax = 4096;
@@ -62,6 +65,16 @@ inline constexpr double kPlanetHeightMax = 0.25;          // of its radius
 inline constexpr std::uint32_t kGroundOctavesMax = 24;
 inline constexpr std::size_t kPathBytesMax = 4096;
 inline constexpr std::size_t kNameBytesMax = 1024;
+inline constexpr std::size_t kUserDataBytesMax = 1024;  // a body
+
+// Programs.
+inline constexpr std::size_t kProgramsPerBodyMax = 8;
+inline constexpr std::size_t kProgramNumbersMax = 256;    // parameters, inputs and values, of each
+inline constexpr std::size_t kProgramAsksMax = 1024;      // a tick and instance
+inline constexpr std::size_t kProgramActsMax = 64;        // likewise
+inline constexpr std::size_t kProgramFindingsMax = 256;   // of one question
+inline constexpr std::size_t kProgramTextBytesMax = 256;  // its kind, or why it was stopped
+inline constexpr double kProgramCastMax = 1e4;            // m
 
 inline constexpr std::size_t kWorldFileBytesMax = 512u << 20;
 inline constexpr int kXmlDepthMax = 64;

@@ -108,4 +108,8 @@ std::string bounds_of(const WorldSetting& setting) {
       setting.member);
 }
 
+double way_from_home_max(const WorldSettings& settings) {
+  return 4 * settings.sector_size + 6 * kSpeedMax * settings.time_step;
+}
+
 }  // namespace tessera

@@ -130,4 +130,10 @@ std::string text_of(const WorldSetting& setting, const WorldSettings& settings);
 // What the setting may be: "1 to 64", "true or false".
 std::string bounds_of(const WorldSetting& setting);
 
+// m, how far a body may be from the centre of its home between two ticks, and its next home from that. A
+// change of home is announced in one tick and carried out in the next, by where the body then seems to go:
+// commands that turn it around in both leave it up to three ticks' ways from there, and it may be announced
+// to go as far again.
+double way_from_home_max(const WorldSettings& settings);
+
 }  // namespace tessera

@@ -70,6 +70,11 @@ bool is_bounded(const Shape& shape) {
                       [](const ShapePart& part) { return std::holds_alternative<Plane>(part.geometry); });
 }
 
+bool has_triggers(const Shape& shape) {
+  return std::any_of(shape.parts.begin(), shape.parts.end(),
+                     [](const ShapePart& part) { return part.material && part.material->trigger; });
+}
+
 double bounding_radius(const Geometry& geometry) { return std::visit(BoundingRadius{}, geometry); }
 
 double bounding_radius(const Shape& shape, const Eigen::Vector3d& centre) {

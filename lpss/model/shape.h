@@ -72,6 +72,8 @@ struct PartMaterial {
   // Its direction is in the frame of the part. It does not move: velocity and running, which must be 0, are
   // the body's.
   Surface surface;
+  // It notices what overlaps it, and touches nothing: lpss/tick/triggers.h.
+  bool trigger = false;
 
   friend bool operator==(const PartMaterial&, const PartMaterial&) = default;
 };
@@ -89,6 +91,9 @@ struct Shape {
 };
 
 using ShapeRef = std::shared_ptr<const Shape>;
+
+// Whether a part of the shape is a trigger.
+bool has_triggers(const Shape& shape);
 
 // A key of a shape in its world. A world that is described numbers its shapes from 0; later ones get higher
 // ids, and none is given twice.

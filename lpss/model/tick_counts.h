@@ -20,6 +20,7 @@ struct TickCounts {
   std::uint64_t islands_shipped = 0;
   std::uint64_t islands_in_step = 0;
   std::uint64_t diverged = 0;
+  std::uint64_t programs = 0;
 
   bool operator==(const TickCounts&) const = default;
   constexpr TickCounts& operator+=(const TickCounts& other);  // over servers
@@ -62,6 +63,8 @@ inline constexpr auto kTickCounters = std::to_array<TickCounter>({
      "Of these, islands over several servers, which solve them in step"},
     {"diverged", &TickCounts::diverged, OverTicks::kTotal, "diverged",
      "Bodies that left the range of numbers, speeds or sectors, and were stopped"},
+    {"programs", &TickCounts::programs, OverTicks::kMost, "programs_max",
+     "Instances of programs that ran"},
 });
 // clang-format on
 

@@ -261,6 +261,12 @@ absl::Status surface_check(const BodyProperties& p) {
   return bounded("angular damping", p.angular_damping, 0, 1);
 }
 
+absl::Status lasting_check(const LastingForce& lasting) {
+  absl::Status status = finite("lasting force", Eigen::Vector3d(lasting.wrench.force.data()), kForceMax, "N");
+  if (!status.ok()) return status;
+  return finite("lasting torque", Eigen::Vector3d(lasting.wrench.torque.data()), kTorqueMax, "N m");
+}
+
 absl::Status properties_check(const BodyProperties& p) {
   if (p.motion > Motion::kKinematic) {
     return refused("motion = ", static_cast<int>(p.motion), " must be static, dynamic or kinematic");
@@ -275,6 +281,9 @@ absl::Status properties_check(const BodyProperties& p) {
   }
   if (absl::Status status = unit_quaternion("principal axes", centre.orientation); !status.ok())
     return status;
+  if (p.lasting) {
+    if (absl::Status status = lasting_check(*p.lasting); !status.ok()) return status;
+  }
   return surface_check(p);
 }
 
@@ -433,8 +442,12 @@ absl::Status validate(const BodyDescription& body, const Shape& shape, const Wor
                    " bytes must be at most ", kNameBytesMax);
   }
   if (absl::Status status = utf8("body", body.name); !status.ok()) return status;
+  if (absl::Status status = sized("user data", body.user_data, kUserDataBytesMax); !status.ok())
+    return in(title(body), status);
   const BodyProperties& properties = body.properties;
   if (absl::Status status = properties_check(properties); !status.ok()) return in(title(body), status);
+  if (settings.seams == SeamPolicy::kClone && (properties.trigger || has_triggers(shape)))
+    return refused(title(body), ": a trigger needs the seam policy island; that of the world is clone");
   if (absl::Status status = motion_check(body, settings.sector_size); !status.ok())
     return in(title(body), status);
   if (properties.motion == Motion::kStatic)

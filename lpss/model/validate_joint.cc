@@ -1,3 +1,4 @@
+#include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/string_view.h>
@@ -303,13 +304,28 @@ absl::Status no_circle_check(const WorldDescription& world) {
   return absl::OkStatus();
 }
 
+// Counts a joint more of each of its bodies that may move.
+absl::Status number_check(const WorldDescription& world, const JointDescription& joint,
+                          absl::flat_hash_map<BodyId, std::size_t>& joints_of) {
+  for (const BodyId id : {joint.properties.parent, joint.properties.child}) {
+    if (id.value == 0) continue;
+    const BodyDescription& body = world.bodies[id.value - 1];
+    if (body.properties.motion == Motion::kStatic || ++joints_of[id] <= kJointsPerBodyMax) continue;
+    return refused(title(joint), ": the joints of body '", body.name, "', which may move, must be at most ",
+                   kJointsPerBodyMax);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status validate_joints(const WorldDescription& world) {
   absl::flat_hash_set<absl::string_view> names;
   names.reserve(world.joints.size());
+  absl::flat_hash_map<BodyId, std::size_t> joints_of;
   for (const JointDescription& joint : world.joints) {
     if (absl::Status status = check_in(world, joint); !status.ok()) return status;
+    if (absl::Status status = number_check(world, joint, joints_of); !status.ok()) return status;
     if (!names.insert(joint.name).second) {
       return refused(title(joint), ": the name must be unique, but two joints have it");
     }

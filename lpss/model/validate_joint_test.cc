@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "lpss/model/limits.h"
 #include "lpss/model/validate.h"
 
 namespace tessera {
@@ -34,6 +35,14 @@ WorldDescription hinged_world() {
     world.joints.push_back(joint);
   }
   return world;
+}
+
+// Joints between the first box and the world.
+void add_to_box1(WorldDescription& world, std::size_t joints) {
+  for (std::size_t n = 1; n <= joints; ++n) {
+    world.joints.push_back(world.joints[0]);
+    world.joints.back().name = "more" + std::to_string(n);
+  }
 }
 
 struct Fault {
@@ -117,6 +126,9 @@ std::vector<Fault> faults() {
          world.joints[0].properties.axes[0].mimic.axis = 1;
        },
        {"'j1': axis 1", "mimic axis = 2", "1 to 1"}},
+      {"TooManyOfABody",
+       [](auto& world) { add_to_box1(world, kJointsPerBodyMax); },
+       {"joint 'more128'", "body 'box1'", "at most 128"}},
       {"FollowsItself", [](auto& world) { follow(world, 1, 1); }, {"joint 'j1'", "follow itself"}},
       {"FollowsInACircle",
        [](auto& world) {
@@ -141,6 +153,27 @@ TEST_P(RefusedJoint, WithFieldAndBound) {
 
 INSTANTIATE_TEST_SUITE_P(Joints, RefusedJoint, testing::ValuesIn(faults()),
                          [](const auto& fault) { return fault.param.name; });
+
+TEST(AcceptedJoint, MayBeOneOfMany) {
+  WorldDescription world = hinged_world();
+  add_to_box1(world, kJointsPerBodyMax - 1);
+  EXPECT_TRUE(validate(world).ok()) << validate(world);
+  BodyDescription rack;
+  rack.name = "rack";
+  rack.properties.motion = Motion::kStatic;
+  world.bodies.push_back(rack);
+  for (std::size_t n = 0; n < 2 * kJointsPerBodyMax; ++n) {
+    BodyDescription book;
+    book.name = "book" + std::to_string(n);
+    world.bodies.push_back(book);
+    JointDescription joint;
+    joint.name = book.name;
+    joint.properties.parent = BodyId{4};
+    joint.properties.child = BodyId{world.bodies.size()};
+    world.joints.push_back(joint);
+  }
+  EXPECT_TRUE(validate(world).ok()) << "what is static costs nothing: " << validate(world);
+}
 
 TEST(AcceptedJoint, MayBeFollowedByManyAndFollowAFollower) {
   WorldDescription world = hinged_world();

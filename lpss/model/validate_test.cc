@@ -501,6 +501,21 @@ TEST(Accepted, JointsToBodiesAndToTheWorld) {
   EXPECT_TRUE(validate(world).ok()) << validate(world);
 }
 
+TEST(Accepted, TriggersWithoutClonesThatAreSolved) {
+  WorldDescription world = good_world();
+  world.bodies[0].properties.trigger = true;
+  EXPECT_TRUE(validate(world).ok()) << validate(world);
+  world.settings.seams = SeamPolicy::kClone;
+  const std::string refusal =
+      "body 'good::box': a trigger needs the seam policy island; that of the world is clone";
+  EXPECT_EQ(validate(world).message(), refusal);
+  world.bodies[0].properties.trigger = false;
+  EXPECT_TRUE(validate(world).ok()) << validate(world);
+  world.shapes[0].parts[0].material = PartMaterial{};
+  world.shapes[0].parts[0].material->trigger = true;
+  EXPECT_EQ(validate(world).message(), refusal);
+}
+
 TEST(Accepted, NoClonesAtAll) {
   WorldDescription world = good_world();
   world.settings.clone_depth = 0;

@@ -25,6 +25,8 @@ struct BodyDescription {
   WorldPose pose;  // of the body frame
   Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
+  std::string user_data = {};  // bytes that are kept with the body, and that nothing here looks at
+  std::vector<ProgramRecord> programs = {};  // where they start is not looked at
 };
 
 // One joint of the world's start. Its bodies are named by their places in WorldDescription::bodies plus one,

@@ -35,6 +35,11 @@ absl::StatusOr<BodyRecord> record_of(const BodyDescription& body, const WorldSet
   record.state.rotation = rotation_of(centre->orientation);
   Eigen::Map<Eigen::Vector3d>(record.state.linear_velocity.data()) = body.linear_velocity;
   Eigen::Map<Eigen::Vector3d>(record.state.angular_velocity.data()) = body.angular_velocity;
+  record.programs = body.programs;
+  for (ProgramRecord& program : record.programs) {
+    program.start_sector = record.home;
+    program.start = record.state.position;
+  }
   return record;
 }
 

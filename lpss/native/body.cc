@@ -111,6 +111,13 @@ void Body::set_surface(const Surface& given) {
       in_centre_frame(given.velocity), in_centre_frame(given.running)});
 }
 
+void Body::set_sensor(Sensor given) {
+  given.category = category;
+  given.mask = mask;
+  if (given.is_whole) category = mask = 0;
+  sensor = std::make_unique<const Sensor>(std::move(given));
+}
+
 BodyState Body::state() const {
   if (motion == Motion::kStatic) return *static_state;
   BodyState state;

@@ -21,6 +21,16 @@ struct FineFlight {
   Eigen::Vector3d velocity;
 };
 
+// What of a body is a trigger.
+struct Sensor {
+  std::shared_ptr<const Solid> triggers;
+  // Of a body that is a trigger as a whole, its other parts; null if there are none.
+  std::shared_ptr<const Solid> others;
+  bool is_whole = false;  // nothing of the body touches anything
+  std::uint32_t category = 0;
+  std::uint32_t mask = 0;
+};
+
 struct Body {
   Body(const BodyRecord& record, Role role, std::shared_ptr<const Solid> solid,
        const EngineSettings& settings);
@@ -35,6 +45,8 @@ struct Body {
   BodyState state() const;
   void set_state(const BodyState& state);
   void set_surface(const Surface& given);
+  // What is a trigger as a whole has no category left that contacts and queries could meet.
+  void set_sensor(Sensor given);
   FineFlight rounded() const { return {pose.position.cast<double>(), linear.cast<double>()}; }
 
   // 1/(kg m^2), world axes.
@@ -120,6 +132,7 @@ struct Body {
   Vector angular_before = Vector::Zero();   // rad/s
   Scalar rounding = 0;                      // m, of where a static body is
   std::unique_ptr<BodyState> static_state;  // of static bodies, whose pose includes the offset of their shape
+  std::unique_ptr<const Sensor> sensor;     // none: nothing of it is a trigger
 };
 
 // Whether bounds are of numbers, and of a reasonable size: a body without such is not looked for.

@@ -28,6 +28,9 @@ struct ExactFrame {
 // The pose of a body's solid. The numbers of the engine are a static body's own, rounded.
 ExactFrame exact_frame_of(const Body& body);
 
+// Likewise of another solid that the body has (Sensor).
+ExactFrame exact_frame_of(const Body& body, const Solid& solid);
+
 // Of a part of it.
 inline ExactFrame operator*(const ExactFrame& outer, const ExactFrame& inner) {
   ExactFrame frame = outer;

@@ -346,6 +346,7 @@ void NativeWorld::append_outside(const Eigen::AlignedBox3d& inside, double dt,
 bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& bounds, BodySlot& hint) const {
   refresh_bounds();
   const Bounds wanted = bounds_of(bounds);
+  if (!sensors_.empty() && reaches_sensor_of_home(wanted)) return true;
   if (!wanted.overlaps(homes_.bounds)) return false;
   const auto is_reached = [&](BodySlot slot) {
     const Body& other = body(slot);
@@ -362,10 +363,19 @@ bool NativeWorld::reaches_home_body(const Eigen::AlignedBox3d& bounds, BodySlot&
 
 std::vector<NearBody> NativeWorld::near(const Geometry& geometry, const Pose& pose, double reach,
                                         const QueryFilter& filter) const {
-  const Solid probe(Shape{{ShapePart{geometry, {}}}}, Pose{}, /*is_static=*/false);
-  const Frame at = frame(pose);
-  const Bounds around = probe.bounds_at(at).grown(Scalar(reach));
   refresh_bounds();
+  const Frame at = frame(pose);
+  // A query asks all worlds around, most of which have nothing there: for these, no hull is made. Twice the
+  // radius is more than the bounds of the probe, with their margins.
+  const Bounds centre{at.position, at.position};
+  bool has_any = false;
+  broad_phase_.for_each_in(centre.grown(Scalar(2 * bounding_radius(geometry) + reach)), [&](BodySlot slot) {
+    const Body& other = body(slot);
+    has_any |= other.role != Role::kClone && filter.wants(other.id, other.category);
+  });
+  if (!has_any) return {};
+  const Solid probe(Shape{{ShapePart{geometry, {}}}}, Pose{}, /*is_static=*/false);
+  const Bounds around = probe.bounds_at(at).grown(Scalar(reach));
   std::vector<BodySlot> candidates;
   broad_phase_.for_each_in(around, [&](BodySlot slot) { candidates.push_back(slot); });
   std::vector<NearBody> found;

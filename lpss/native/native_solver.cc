@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include "lpss/engine/require.h"
 
@@ -15,7 +17,10 @@ NativeSolver::NativeSolver(const EngineSettings& settings, const ContactNeeds& n
                .bounce_from = settings.bounce_from}) {}
 
 void NativeSolver::solve(const SolveTask& task, double dt, SolvedTask& solved, const ParallelFor& parallel) {
+  std::vector<JointLoads> loads = std::move(solved.joint_loads);  // for its storage
+  loads.clear();
   solved.clear();
+  solved.joint_loads = std::move(loads);
   if (task.bodies.empty()) return;
   arrays_.make_room(task, solved);
   arrays_.gather_joints(task, dt, parallel);

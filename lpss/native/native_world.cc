@@ -39,7 +39,7 @@ double rests_on(const Body& a, const Body& b, const Contact& contact) {
 NativeWorld::NativeWorld(NativeEngine& engine) : engine_(engine), settings_(engine.settings()) {}
 
 BodySlot NativeWorld::add(const BodyRecord& record, Role role) {
-  return add(Body(record, role, engine_.solid_of(record.properties), settings_));
+  return add(record, role, engine_.form_of(record.properties));
 }
 
 BodySlot NativeWorld::add_static(BodyId id, const BodyProperties& properties, const Shape& part,
@@ -49,8 +49,14 @@ BodySlot NativeWorld::add_static(BodyId id, const BodyProperties& properties, co
   record.state.position = {pose.position.x(), pose.position.y(), pose.position.z()};
   record.state.rotation = rotation_of(pose.orientation);
   record.state.activity = Activity::kAsleep;
-  return add(Body(record, Role::kStatic, std::make_shared<const Solid>(part, Pose{}, /*is_static=*/true),
-                  settings_));
+  return add(record, Role::kStatic, std::make_shared<const BodyForm>(part, Pose{}, /*is_static=*/true));
+}
+
+BodySlot NativeWorld::add(const BodyRecord& record, Role role, const std::shared_ptr<const BodyForm>& form) {
+  const BodySlot slot = add(Body(record, role, BodyForm::solid_of(form), settings_));
+  add_sensor(slot, form, record.properties.trigger);
+  if (record.properties.motion == Motion::kKinematic) kinematics_.push_back(slot);
+  return slot;
 }
 
 BodySlot NativeWorld::add(Body added) {
@@ -76,6 +82,8 @@ BodySlot NativeWorld::add(Body added) {
 void NativeWorld::remove(BodySlot slot) {
   broad_phase_.remove(body(slot));
   slots_.erase(body(slot).id);
+  if (body(slot).sensor) std::erase(sensors_, slot);
+  if (body(slot).motion == Motion::kKinematic) std::erase(kinematics_, slot);
   removed_.push_back(slot);
   is_gathered_ = false;
 }

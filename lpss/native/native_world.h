@@ -19,6 +19,7 @@
 #include "lpss/native/meetings.h"
 #include "lpss/native/narrow_phase.h"
 #include "lpss/native/native_engine.h"
+#include "lpss/native/overlaps.h"
 
 namespace tessera::native {
 
@@ -56,6 +57,8 @@ class NativeWorld final : public SectorWorld {
   void detect(double dt, const ParallelFor& parallel) override;
   std::span<const ContactPair> contacts() override;
   std::vector<ContactDetail> touching_patches(std::size_t pair) const override;
+  void find_overlaps(std::span<const Overlap> before, std::vector<Overlap>& now) override;
+  bool has_triggers() const override { return !sensors_.empty(); }
   ManifoldState export_manifold(std::size_t pair) const override;
   void import_manifold(const ManifoldState& manifold) override;
   void append_numbers(BodySlot slot, std::string& bytes) const override;
@@ -159,6 +162,12 @@ class NativeWorld final : public SectorWorld {
   };
 
   BodySlot add(Body body);
+  BodySlot add(const BodyRecord& record, Role role, const std::shared_ptr<const BodyForm>& form);
+  void add_sensor(BodySlot slot, const std::shared_ptr<const BodyForm>& form, bool is_whole);
+  bool reaches_sensor_of_home(const Bounds& bounds) const;
+  bool may_be_in(const Body& visitor, const Body& trigger) const;
+  bool is_in(BodySlot visitor, BodySlot trigger, std::span<const Overlap> before);
+  Vector way_ahead(BodySlot slot) const;
   std::optional<BodySlot> slot_of(BodyId id) const;
   bool is_there(BodySlot slot) const { return body(slot).leaf != nullptr; }
   bool is_wanted(const Body& a, const Body& b) const;
@@ -238,6 +247,8 @@ class NativeWorld final : public SectorWorld {
   std::vector<std::uint32_t> pairs_of_body_;  // by slot, of two dynamic bodies
   std::vector<FixedCandidate> fixed_;
   std::vector<std::uint32_t> fixed_of_body_;  // by slot
+  std::vector<BodySlot> sensors_;             // bodies with triggers, ascending by ids
+  std::vector<BodySlot> kinematics_;          // in any order
 
   // Of loops, for their storage.
   mutable std::vector<BodiesPiece> bodies_pieces_;
@@ -245,6 +256,8 @@ class NativeWorld final : public SectorWorld {
   std::vector<FlushPiece> flush_pieces_;
   std::vector<MeetingsPiece> meetings_pieces_;
   std::vector<BodySlot> noted_;
+  std::vector<BodySlot> near_sensor_;
+  OverlapSearch overlap_search_;
 };
 
 inline Body& body_of(const WorldBody& body) { return static_cast<NativeWorld*>(body.world)->body(body.slot); }

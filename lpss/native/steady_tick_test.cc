@@ -38,6 +38,7 @@ namespace {
 constexpr double kTick = 1.0 / 60;
 constexpr ShapeId kFloor = 0;
 constexpr ShapeId kBox = 1;
+constexpr ShapeId kZone = 2;
 
 EngineSettings settings() {
   EngineSettings settings;
@@ -95,6 +96,23 @@ class Pile {
 
   std::size_t contacts() { return world_->contacts().size(); }
 
+  // A trigger over some of the boxes.
+  void add_zone() {
+    engine_.add_shape(kZone, Shape{{ShapePart{tessera::Box{{8, 8, 8}}, {}}}});
+    BodyRecord zone = record(100'000, kZone, Motion::kStatic, {5, 5, 0});
+    zone.properties.trigger = true;
+    world_->add(zone, Role::kStatic);
+  }
+
+  // Likewise the allocations of finding what is in it.
+  std::size_t notice() {
+    const std::size_t before = allocations;
+    overlaps_.swap(overlaps_before_);
+    world_->find_overlaps(overlaps_before_, overlaps_);
+    return allocations - before;
+  }
+  std::size_t overlaps() const { return overlaps_.size(); }
+
  private:
   // Slots follow the floor's in the order of the task.
   void add_contacts(std::size_t pairs) {
@@ -125,6 +143,8 @@ class Pile {
   std::unique_ptr<IslandSolver> solver_;
   SolveTask task_;
   SolvedTask solved_;
+  std::vector<Overlap> overlaps_;
+  std::vector<Overlap> overlaps_before_;
 };
 
 // Chains of three boxes that hang from the world: of balls, and of hinges with limits and springs.
@@ -200,6 +220,20 @@ TEST(SteadyTick, DetectsSolvesAndIntegratesWithoutAllocation) {
   ASSERT_GT(warming_up, 0u) << "allocations are counted";
   ASSERT_EQ(pile.contacts(), 800u);
   for (int tick = 0; tick < 60; ++tick) ASSERT_EQ(pile.step(), 0u) << "tick " << tick;
+}
+
+TEST(SteadyTick, NoticesWithoutAllocation) {
+  Pile pile;
+  pile.add_zone();
+  for (int tick = 0; tick < 120; ++tick) {
+    pile.step();
+    pile.notice();
+  }
+  ASSERT_GT(pile.overlaps(), 50u);
+  for (int tick = 0; tick < 60; ++tick) {
+    ASSERT_EQ(pile.step(), 0u) << "tick " << tick;
+    ASSERT_EQ(pile.notice(), 0u) << "tick " << tick;
+  }
 }
 
 }  // namespace

@@ -219,6 +219,7 @@ void TaskArrays::make_room(const SolveTask& task, SolvedTask& solved) {
     solved.pair_ends.push_back(size += head.patches * size_of_impulses());
   }
   solved.pairs.resize(size);
+  solved.joint_loads.resize(task.joints.size());
 }
 
 void TaskArrays::put_back(SolvedTask* solved, const ParallelFor& parallel) const {
@@ -226,6 +227,8 @@ void TaskArrays::put_back(SolvedTask* solved, const ParallelFor& parallel) const
                 [&](std::size_t place) { put_back_body(place, solved); });
   run_in_pieces(parallel, sources_.size(), kContactsInPiece,
                 [&](std::size_t n) { put_back_pair(n, solved); });
+  if (solved == nullptr) return;
+  for (std::size_t n = 0; n < joints_.size(); ++n) solved->joint_loads[joints_[n]] = islands_.joint_loads[n];
 }
 
 void TaskArrays::put_back_body(std::size_t place, SolvedTask* solved) const {

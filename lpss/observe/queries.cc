@@ -18,9 +18,20 @@ constexpr double kSameHit = 1e-3;
 
 auto order_of(const RayAnswer& answer) { return std::pair(answer.distance, answer.body); }
 
+// Where several sectors know parts of a body that a probe is in, which one says so first must not matter.
+auto whole_order_of(const RayAnswer& answer) {
+  return std::tuple(answer.distance, answer.body, answer.normal.x(), answer.normal.y(), answer.normal.z());
+}
+
 // Keeps the first one.
 void take(const RayAnswer& answer, std::optional<RayAnswer>& nearest) {
-  if (!nearest || order_of(answer) < order_of(*nearest)) nearest = answer;
+  if (!nearest || whole_order_of(answer) < whole_order_of(*nearest)) nearest = answer;
+}
+
+Queries with_strays(Partition& partition) {
+  Queries queries(partition);
+  queries.look_for_strays();
+  return queries;
 }
 
 // Around the stretch of a line, seen from where `from` is relative to, and what is within `radius` of it.
@@ -38,6 +49,18 @@ bool Queries::GroundBudget::covers(const Partition& partition, const SectorIndex
                                    const Eigen::AlignedBox3d& region) {
   if (!partition.statics.has_ground() || !partition.statics.may_have_ground(index, region)) return true;
   return ++sectors_ <= max_;
+}
+
+void Queries::look_for_strays() {
+  strays_.clear();
+  const Eigen::AlignedBox3d around = cube(partition_.sector_size() / 2 + partition_.margins.reach);
+  std::vector<BodyOutside> outside;
+  for (const Sector* sector : partition_.active) {
+    if (!sector->world) continue;
+    outside.clear();
+    sector->world->append_outside(around, 0, outside);
+    if (!outside.empty()) strays_.push_back(sector->index);
+  }
 }
 
 WorldLine Queries::line_from(const WorldPosition& origin, const Eigen::Vector3d& direction,
@@ -62,6 +85,12 @@ void Queries::ask_along(const WorldLine& line, double radius, GroundBudget budge
   const Eigen::AlignedBox3d around =
       cube(partition_.sector_size() / 2 + std::max(radius, partition_.margins.reach));
   double matters = line.length;
+  for (const SectorIndex& index : strays_) {
+    const SectorWorld* const world = living_world(index);
+    if (world == nullptr) continue;
+    const Eigen::Vector3d from = relative_to(line.origin, index, partition_.sector_size());
+    matters = std::min(matters, ask(*world, SectorPath::Place{index, from, {0, line.length}}));
+  }
   do {
     if (matters + kSameHit < of_bodies.begin()) return;
     of_bodies.for_each_around([&](const SectorPath::Place& place) {
@@ -126,11 +155,12 @@ std::optional<RayAnswer> Queries::sweep(const Geometry& probe, const WorldPose& 
   std::optional<RayAnswer> first;
   ask_along(line, bounding_radius(probe), GroundBudget(kRayGroundSectorsMax),
             [&](const SectorWorld& world, const SectorPath::Place& place) {
-              // From its start, so that it is the same way for all sectors.
-              const double matters = first ? std::min(length, first->distance + kSameHit) : length;
+              // From its start to its end, so that it is the same way for all sectors and servers.
               const std::optional<ProbeHit> hit =
-                  world.sweep(probe, {place.from, pose.orientation}, direction, matters, filter);
-              if (hit) take({hit->body, hit->distance, hit->normal}, first);
+                  world.sweep(probe, {place.from, pose.orientation}, direction, length, filter);
+              // What a sector knows of beyond its part of the way, others say, whether it is asked or not.
+              if (hit && hit->distance >= place.stretch.begin - kSameHit)
+                take({hit->body, hit->distance, hit->normal}, first);
               return first ? first->distance : length;
             });
   return first;
@@ -157,24 +187,24 @@ std::vector<NearBody> Queries::bodies_near(const Geometry& probe, const WorldPos
 std::optional<RayAnswer> raycast(Partition& partition, const WorldPosition& origin,
                                  const Eigen::Vector3d& direction, double length, std::uint32_t mask,
                                  std::span<const BodyId> except) {
-  return Queries(partition).raycast(origin, direction, length, {mask, except});
+  return with_strays(partition).raycast(origin, direction, length, {mask, except});
 }
 
 std::vector<RayAnswer> raycast_all(Partition& partition, const WorldPosition& origin,
                                    const Eigen::Vector3d& direction, double length, std::uint32_t mask,
                                    std::span<const BodyId> except) {
-  return Queries(partition).raycast_all(origin, direction, length, {mask, except});
+  return with_strays(partition).raycast_all(origin, direction, length, {mask, except});
 }
 
 std::optional<RayAnswer> sweep(Partition& partition, const Geometry& probe, const WorldPose& pose,
                                const Eigen::Vector3d& direction, double length, std::uint32_t mask,
                                std::span<const BodyId> except) {
-  return Queries(partition).sweep(probe, pose, direction, length, {mask, except});
+  return with_strays(partition).sweep(probe, pose, direction, length, {mask, except});
 }
 
 std::vector<NearBody> bodies_near(Partition& partition, const Geometry& probe, const WorldPose& pose,
                                   double reach, std::uint32_t mask, std::span<const BodyId> except) {
-  return Queries(partition).bodies_near(probe, pose, reach, {mask, except});
+  return with_strays(partition).bodies_near(probe, pose, reach, {mask, except});
 }
 
 }  // namespace tessera

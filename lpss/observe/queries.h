@@ -32,6 +32,12 @@ class Queries {
  public:
   explicit Queries(Partition& partition) : partition_(partition) {}
 
+  // Looks for bodies that are farther outside of their home than it is looked for them: what was going to
+  // pass into another sector within a tick, and was stopped or turned away. Call it before the first question
+  // after a tick, and after sectors have come.
+  void look_for_strays();
+  bool has_strays() const { return !strays_.empty(); }
+
   // The nearest hit of a ray (`length` in m, `direction` of unit length) in the sectors of this partition.
   // Static bodies count in the sectors that the ray passes through, up to where it has passed through
   // kRayGroundSectorsMax sectors of which the ground may reach up to it. A solid shape is hit where the ray
@@ -79,6 +85,7 @@ class Queries {
 
   Partition& partition_;
   PassingWorlds passing_;
+  std::vector<SectorIndex> strays_;  // the homes of such bodies
 };
 
 // Single questions.

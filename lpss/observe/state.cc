@@ -6,6 +6,20 @@
 
 namespace tessera {
 
+void for_each_programmed(const Partition& partition, const std::function<void(const BodyRecord&)>& visit) {
+  std::vector<const HomeBody*> bodies;
+  for (const auto& [index, sector] : partition.sectors)
+    bodies.insert(bodies.end(), sector->programmed.begin(), sector->programmed.end());
+  std::ranges::sort(bodies, {}, &HomeBody::id);
+  for (const HomeBody* body : bodies) visit(record_of(*body));
+}
+
+WorldHash program_hash_of(const Partition& partition) {
+  WorldHash sum;
+  for_each_programmed(partition, [&](const BodyRecord& body) { sum.add_programs(body); });
+  return sum;
+}
+
 WorldHash hash_of(const Partition& partition) {
   WorldHash sum;
   for (const auto& [id, body] : partition.bodies) sum.add(record_of(*body), partition.anchor);

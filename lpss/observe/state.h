@@ -14,8 +14,14 @@ namespace tessera {
 // Sums over all partitions are the world's.
 WorldHash hash_of(const Partition& partition);
 
+// Of programs (WorldHash::add_programs()).
+WorldHash program_hash_of(const Partition& partition);
+
 // Calls `visit` for each dynamic and kinematic body, in ascending order of ids.
 void for_each_body(const Partition& partition, const std::function<void(const BodyRecord&)>& visit);
+
+// Likewise for those that have programs.
+void for_each_programmed(const Partition& partition, const std::function<void(const BodyRecord&)>& visit);
 
 // What one needs of many bodies, without copies of their properties. Valid within a visit.
 struct BodyView {

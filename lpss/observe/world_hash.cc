@@ -40,6 +40,29 @@ void WorldHash::add(const BodyRecord& record, const SectorIndex& anchor) {
   add(WorldHash(hash.low64, hash.high64));
 }
 
+void WorldHash::add_programs(const BodyRecord& record) {
+  std::string bytes;
+  const auto append = [&](const void* data, std::size_t size) {
+    bytes.append(static_cast<const char*>(data), size);
+  };
+  const auto append_numbers = [&](const std::vector<double>& numbers) {
+    append(numbers.data(), numbers.size() * sizeof(double));
+  };
+  for (std::size_t place = 0; place < record.programs.size(); ++place) {
+    const ProgramRecord& program = record.programs[place];
+    bytes.assign(program.kind);
+    append(&record.id.value, sizeof record.id.value);
+    append(&place, sizeof place);
+    append_numbers(program.parameters);
+    append_numbers(program.inputs);
+    append_numbers(program.values);
+    append(&program.wake_at, sizeof program.wake_at);
+    bytes += program.fault;
+    const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+    add(WorldHash(hash.low64, hash.high64));
+  }
+}
+
 void WorldHash::add(const WorldHash& other) {
   low_ += other.low_;
   high_ += other.high_;

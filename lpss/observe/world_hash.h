@@ -17,6 +17,10 @@ class WorldHash {
   void add(const BodyRecord& record, const SectorIndex& anchor);
   void add(const WorldHash& other);
 
+  // Likewise of the numbers of all programs of the body, and of why they were stopped: for a hash apart from
+  // that of bodies.
+  void add_programs(const BodyRecord& record);
+
   // 32 hexadecimal digits.
   std::string to_string() const;
 

@@ -14,6 +14,14 @@ namespace {
 
 auto by_id = [](const HomeBody* body, BodyId id) { return body->id < id; };
 
+bool is_pushed(const BodyProperties& properties) {
+  return properties.motion == Motion::kDynamic && properties.lasting.has_value();
+}
+
+void insert_by_id(std::vector<HomeBody*>& bodies, HomeBody& body) {
+  bodies.insert(std::lower_bound(bodies.begin(), bodies.end(), body.id, by_id), &body);
+}
+
 // Puts a body, whose properties are known, into its sector's engine world and on the lists that follow from
 // these.
 void place_home(Partition& partition, HomeBody& body, const BodyState& state) {
@@ -26,9 +34,11 @@ void place_home(Partition& partition, HomeBody& body, const BodyState& state) {
                       acceleration_at(partition.settings.gravity, sector.index,
                                       Eigen::Vector3d(state.position.data()), partition.sector_size()));
   }
-  if (body.properties.motion == Motion::kKinematic) {
-    sector.kinematics.insert(
-        std::lower_bound(sector.kinematics.begin(), sector.kinematics.end(), body.id, by_id), &body);
+  if (body.properties.motion == Motion::kKinematic) insert_by_id(sector.kinematics, body);
+  if (is_pushed(body.properties)) insert_by_id(sector.pushed, body);
+  if (!body.programs.empty()) {
+    insert_by_id(sector.programmed, body);
+    ++partition.programmed_count;
   }
   const auto slot = static_cast<std::size_t>(body.slot);
   if (slot >= sector.by_slot.size()) sector.by_slot.resize(slot + 1, nullptr);
@@ -42,6 +52,8 @@ void displace_home(Partition& partition, HomeBody& body) {
   Sector& sector = *body.sector;
   sector.world->remove(body.slot);
   std::erase(sector.kinematics, &body);
+  std::erase(sector.pushed, &body);
+  partition.programmed_count -= std::erase(sector.programmed, &body);
   sector.by_slot[static_cast<std::size_t>(body.slot)] = nullptr;
   sector.components_stale = true;
   activate(partition, sector);
@@ -89,12 +101,12 @@ HomeBody& add_home(Partition& partition, const BodyRecord& record) {
   auto body = std::make_unique<HomeBody>();
   body->id = record.id;
   body->properties = record.properties;
+  body->programs = record.programs;
   body->radius = radius_of(partition, record.properties);
   body->jointed = !partition.joints.of(record.id).empty();
   body->sector = &sector;
   if (body->jointed) partition.jointed.insert(body->id);
-  const auto place = std::lower_bound(sector.homes.begin(), sector.homes.end(), record.id, by_id);
-  sector.homes.insert(place, body.get());
+  insert_by_id(sector.homes, *body);
   place_home(partition, *body, record.state);
   const auto [entry, is_new] = partition.bodies.try_emplace(record.id, std::move(body));
   invariant(is_new, "a body lives in one sector");
@@ -120,9 +132,16 @@ void set_home_properties(Partition& partition, HomeBody& body, const BodyPropert
   world.set_surge(body.slot, surge);
 }
 
+void set_lasting_force(HomeBody& body, const std::optional<LastingForce>& lasting) {
+  Sector& sector = *body.sector;
+  std::erase(sector.pushed, &body);
+  body.properties.lasting = lasting;
+  if (is_pushed(body.properties)) insert_by_id(sector.pushed, body);
+}
+
 BodyRecord remove_home(Partition& partition, HomeBody& body) {
   Sector& sector = *body.sector;
-  const BodyRecord record = record_of(body);
+  BodyRecord record = record_of(body);
   displace_home(partition, body);
   sector.homes.erase(std::lower_bound(sector.homes.begin(), sector.homes.end(), body.id, by_id));
   if (body.attended) std::erase(sector.attended, &body);
@@ -133,7 +152,7 @@ BodyRecord remove_home(Partition& partition, HomeBody& body) {
 }
 
 BodyRecord record_of(const HomeBody& body) {
-  return {body.id, body.sector->index, body.properties, body.sector->world->state(body.slot)};
+  return {body.id, body.sector->index, body.properties, body.sector->world->state(body.slot), body.programs};
 }
 
 void attend(HomeBody& body) {

@@ -33,6 +33,9 @@ HomeBody& add_home(Partition& partition, const BodyRecord& record);
 // contacts are found anew.
 void set_home_properties(Partition& partition, HomeBody& body, const BodyProperties& properties);
 
+// Of a body that lives here; it is not woken.
+void set_lasting_force(HomeBody& body, const std::optional<LastingForce>& lasting);
+
 // Takes it away; the body is gone from the partition.
 BodyRecord remove_home(Partition& partition, HomeBody& body);
 

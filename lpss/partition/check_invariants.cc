@@ -1,5 +1,6 @@
 // What holds of a partition between ticks.
 #include <algorithm>
+#include <functional>
 
 #include "lpss/base/invariant.h"
 #include "lpss/partition/joints.h"
@@ -23,6 +24,9 @@ void check_bodies(const Partition& partition, const Sector& sector) {
     invariant(known != partition.bodies.end() && known->second.get() == body,
               "a sector lists bodies of its partition");
     invariant(body->sector == &sector, "a body knows the sector that lists it");
+    invariant(
+        body->programs.empty() != std::ranges::binary_search(sector.programmed, body->id, {}, &HomeBody::id),
+        "a sector lists its bodies with programs");
     invariant(body->jointed == !partition.joints.of(body->id).empty(), "a body knows whether joints hold it");
     invariant(body->jointed == partition.jointed.contains(body->id), "a partition lists bodies with joints");
     const bool leaves =
@@ -72,6 +76,10 @@ void check_sector(const Partition& partition, const SectorIndex& index, const Se
   const bool listed =
       std::find(partition.active.begin(), partition.active.end(), &sector) != partition.active.end();
   invariant(listed == sector.active, "an active sector is on the list");
+  invariant(sector.world || sector.overlaps.empty(), "what is in triggers is known where bodies live");
+  invariant(
+      std::ranges::adjacent_find(sector.overlaps, std::ranges::greater_equal()) == sector.overlaps.end(),
+      "a sector lists once, in their order, who is in which trigger");
   check_bodies(partition, sector);
   check_clones(partition, sector);
 }
@@ -81,12 +89,15 @@ void check_sector(const Partition& partition, const SectorIndex& index, const Se
 void check_invariants(const Partition& partition) {
   std::size_t homes = 0;
   std::size_t worlds = 0;
+  std::size_t programmed = 0;
   for (const auto& [index, sector] : partition.sectors) {
     check_sector(partition, index, *sector);
     homes += sector->homes.size();
+    programmed += sector->programmed.size();
     worlds += sector->world ? 1 : 0;
   }
   invariant(homes == partition.bodies.size(), "each body lives in one sector");
+  invariant(programmed == partition.programmed_count, "a partition counts its bodies with programs");
   invariant(worlds == partition.world_count, "a partition counts its engine worlds");
   for (const SectorIndex& index : partition.packed.sectors()) {
     invariant(partition.hosts(index), "a partition has only packed sectors that the map gives to it");

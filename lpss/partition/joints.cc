@@ -173,8 +173,8 @@ void wake_jointed(Partition& partition, const JointTie& joint) {
   wake(joint.child);
 }
 
-bool is_everywhere(const HomeBody& body) {
-  return body.jointed && body.properties.motion == Motion::kKinematic;
+bool is_everywhere(bool jointed, Motion motion, const OffsetSet& replicated_in) {
+  return (jointed && motion == Motion::kKinematic) || !replicated_in.far().empty();
 }
 
 bool is_pushed_by(const Partition& partition, const JointTie& joint) {

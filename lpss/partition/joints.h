@@ -44,8 +44,9 @@ void review_joints(Partition& partition);
 // Wakes the bodies of a joint that changes, and those that follow it or that it follows.
 void wake_jointed(Partition& partition, const JointTie& joint);
 
-// A kinematic body may lead a joint whose other side lives anywhere, so all servers are told where it is.
-bool is_everywhere(const HomeBody& body);
+// A kinematic body may lead a joint whose other side lives anywhere, and one that goes far has clones only
+// where somebody lives, which changes: all servers are told where they are.
+bool is_everywhere(bool jointed, Motion motion, const OffsetSet& replicated_in);
 
 // Whether the joint's parent is kinematic and on its way: it keeps the child awake.
 bool is_pushed_by(const Partition& partition, const JointTie& joint);

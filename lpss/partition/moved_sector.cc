@@ -48,6 +48,7 @@ void unpack_contacts(Partition& partition, const MovedSector& moved) {
   Sector& sector = *found->second;
   for (const ManifoldState& manifold : moved.manifolds) sector.world->import_manifold(manifold);
   sector.touching.insert(moved.touching.begin(), moved.touching.end());
+  sector.overlaps = moved.overlaps;
   sector.parts_reported = moved.parts_reported;
 }
 
@@ -71,6 +72,7 @@ MovedSector pack_sector(const Partition& partition, const Sector& sector) {
   for (std::size_t i = 0; i < pairs.size(); ++i) moved.manifolds.push_back(sector.world->export_manifold(i));
   moved.touching.assign(sector.touching.begin(), sector.touching.end());
   std::sort(moved.touching.begin(), moved.touching.end());
+  moved.overlaps = sector.overlaps;
   Eigen::Map<Eigen::Vector3d>(moved.static_region.data()) = sector.static_region.min();
   Eigen::Map<Eigen::Vector3d>(moved.static_region.data() + 3) = sector.static_region.max();
   moved.parts_reported = sector.parts_reported;
@@ -88,6 +90,7 @@ void forget_sector(Partition& partition, Sector& sector) {
     if (partition.jointed.erase(body->id) > 0) leave_joints(partition, body->id);
     partition.bodies.erase(BodyId(body->id));
   }
+  partition.programmed_count -= sector.programmed.size();
   for (const auto& [id, clone] : sector.clones) {
     Replica& replica = *clone->replica;
     std::erase_if(replica.clones,

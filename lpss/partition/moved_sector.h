@@ -38,6 +38,7 @@ struct MovedSector {
   std::vector<MovedClone> clones;
   std::vector<ManifoldState> manifolds;
   std::vector<std::pair<BodyId, BodyId>> touching;
+  std::vector<Overlap> overlaps;
   std::array<double, 6>
       static_region{};  // low and high corner, m, of the region that statics are complete for
   bool parts_reported = false;

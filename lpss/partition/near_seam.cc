@@ -106,6 +106,14 @@ const SectorIndex& detecting_sector(Motion motion_a, const SectorIndex& home_a, 
   return std::min(home_a, home_b);
 }
 
+const SectorIndex& sensing_sector(Motion motion_a, const SectorIndex& home_a, Motion motion_b,
+                                  const SectorIndex& home_b) {
+  if (motion_a == Motion::kStatic) return home_b;
+  if (motion_b == Motion::kStatic) return home_a;
+  if (motion_a == motion_b) return std::min(home_a, home_b);
+  return motion_a == Motion::kDynamic ? home_a : home_b;
+}
+
 std::optional<SectorOffset> leaves_home(const Eigen::Vector3d& position, const SeamMargins& margins) {
   const double limit = margins.sector_size / 2 + margins.hysteresis;
   // Written so that a position that is not a number counts as outside and meets the check in sectors_from().

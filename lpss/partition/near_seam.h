@@ -66,6 +66,11 @@ OffsetSet clone_targets(const OffsetSet& within_reach, Motion motion, bool is_fa
 const SectorIndex& detecting_sector(Motion motion_a, const SectorIndex& home_a, Motion motion_b,
                                     const SectorIndex& home_b);
 
+// The sector that looks at a trigger of one body and at the other: likewise, and so of kinematic and static
+// bodies, of which one is not static. Of two that are both dynamic or both kinematic, the lower home.
+const SectorIndex& sensing_sector(Motion motion_a, const SectorIndex& home_a, Motion motion_b,
+                                  const SectorIndex& home_b);
+
 // The offset to the new home of a body at `position` (m, relative to its home's centre): none while it is
 // inside its sector or within the hysteresis around it.
 std::optional<SectorOffset> leaves_home(const Eigen::Vector3d& position, const SeamMargins& margins);

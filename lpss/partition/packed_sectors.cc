@@ -218,8 +218,15 @@ std::string bytes_of(const BodyProperties& properties) {
   write(p.mask);
   write(p.gravity);
   write(p.assembly);
+  write(p.trigger);
+  write(p.surface.has_value());
   if (p.surface) write(*p.surface);  // doubles alone
   static_assert(sizeof(Surface) == 13 * sizeof(double));
+  write(p.lasting.has_value());
+  if (!p.lasting) return bytes;
+  write(p.lasting->wrench);  // likewise
+  static_assert(sizeof(Wrench) == 6 * sizeof(double));
+  write(p.lasting->turns_along);
   return bytes;
 }
 
@@ -266,13 +273,15 @@ void PropertiesPool::release(const BodyProperties& properties) {
   keys_.erase(place);
 }
 
-void PackedSectors::add(const MovedSector& sector, const std::vector<BodyPair>& touching) {
+void PackedSectors::add(const MovedSector& sector, const std::vector<BodyPair>& touching, bool has_triggers) {
   std::unique_ptr<Packed>& packed = sectors_[sector.sector];
   invariant(!packed, "a sector is packed once");
   packed = std::make_unique<Packed>();
   packed->index = sector.sector;
   packed->bodies = static_cast<std::uint32_t>(sector.bodies.size());
   packed->reports = reports_;
+  packed->has_triggers = has_triggers;
+  with_triggers_ += has_triggers ? 1 : 0;
 
   std::string bytes;
   const PackWriter write(bytes);
@@ -313,6 +322,9 @@ void PackedSectors::add(const MovedSector& sector, const std::vector<BodyPair>& 
   write.count(sector.parts_reported ? 1 : 0);
   write_pairs(write, touching);
   write_pairs(write, sector.touching);
+  std::vector<BodyPair> overlaps;
+  for (const Overlap& overlap : sector.overlaps) overlaps.emplace_back(overlap.trigger, overlap.visitor);
+  write_pairs(write, overlaps);
 
   packed->bytes.assign(bytes);  // of that length, not of what it grew to
   ++counts_.sectors;
@@ -357,8 +369,10 @@ MovedSector PackedSectors::unpacked(const Packed& packed) const {
   read.numbers(sector.static_region);
   sector.parts_reported = read.count() != 0;
   std::vector<BodyPair> touches = read_pairs(read);
+  std::vector<BodyPair> touching = read_pairs(read);
+  for (const auto& [trigger, visitor] : read_pairs(read)) sector.overlaps.push_back({trigger, visitor});
   if (packed.reports == reports_) {
-    sector.touching = read_pairs(read);
+    sector.touching = std::move(touching);
   } else if (reports_contacts_) {
     sector.touching = std::move(touches);
   }
@@ -381,6 +395,7 @@ MovedSector PackedSectors::take(const SectorIndex& sector) {
   };
   for (const MovedBody& body : moved.bodies) forget(body.record.id, body.record.properties);
   for (const MovedClone& clone : moved.clones) forget(clone.update.id, clone.introduction.properties);
+  with_triggers_ -= packed->has_triggers ? 1 : 0;
   --counts_.sectors;
   counts_.worlds -= moved.bodies.empty() ? 0 : 1;
   counts_.bodies -= moved.bodies.size();
@@ -397,6 +412,16 @@ std::vector<SectorIndex> PackedSectors::sectors() const {
   return all;
 }
 
+std::vector<SectorIndex> PackedSectors::with_triggers() const {
+  std::vector<SectorIndex> some;
+  if (with_triggers_ == 0) return some;
+  for (const auto& [index, packed] : sectors_) {
+    if (packed->has_triggers) some.push_back(index);
+  }
+  std::sort(some.begin(), some.end());
+  return some;
+}
+
 std::vector<SectorIndex> PackedSectors::holding(BodyId id) const {
   std::vector<SectorIndex> found;
   const auto holders = holders_.find(id);
@@ -411,7 +436,10 @@ std::vector<SectorIndex> PackedSectors::touching(BodyId id) const {
     const MovedSector sector = unpacked(*packed);
     const bool touches = std::any_of(sector.manifolds.begin(), sector.manifolds.end(),
                                      [&](const ManifoldState& pair) { return pair.a == id || pair.b == id; });
-    if (touches) found.push_back(index);
+    const bool overlaps =
+        std::any_of(sector.overlaps.begin(), sector.overlaps.end(),
+                    [&](const Overlap& pair) { return pair.trigger == id || pair.visitor == id; });
+    if (touches || overlaps) found.push_back(index);
   }
   return found;
 }

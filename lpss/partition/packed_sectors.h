@@ -56,8 +56,10 @@ class PackedSectors {
   const Counts& counts() const { return counts_; }
 
   // A sector at rest: none of its bodies is jointed, kinematic, about to change home or to be announced.
-  // `touching` are the pairs that would count as touching if somebody began to ask for contact events now.
-  void add(const MovedSector& sector, const std::vector<std::pair<BodyId, BodyId>>& touching);
+  // `touching` are the pairs that would count as touching if somebody began to ask for contact events now;
+  // `has_triggers`, whether a body in it has triggers.
+  void add(const MovedSector& sector, const std::vector<std::pair<BodyId, BodyId>>& touching,
+           bool has_triggers = false);
 
   bool contains(const SectorIndex& sector) const { return sectors_.contains(sector); }
 
@@ -68,10 +70,14 @@ class PackedSectors {
   // All of them, ascending.
   std::vector<SectorIndex> sectors() const;
 
+  // Those in which a body has triggers, ascending.
+  std::vector<SectorIndex> with_triggers() const;
+
   // Those in which the body lives, or a clone of it is; in any order.
   std::vector<SectorIndex> holding(BodyId id) const;
 
-  // Those in which a body has points of contact with this one. Linear in all that is packed.
+  // Those in which a body has points of contact with this one, or is in a trigger of it. Linear in all that
+  // is packed.
   std::vector<SectorIndex> touching(BodyId id) const;
 
   // Nothing where the body lives in none of them.
@@ -95,6 +101,7 @@ class PackedSectors {
     SectorIndex index;
     std::uint32_t bodies = 0;
     std::uint32_t reports = 0;  // as reports_ was
+    bool has_triggers = false;
     std::string bytes;
   };
 
@@ -106,7 +113,8 @@ class PackedSectors {
   PropertiesPool properties_;
   Counts counts_;
   bool reports_contacts_ = false;
-  std::uint32_t reports_ = 0;  // how often that has changed
+  std::uint32_t reports_ = 0;      // how often that has changed
+  std::size_t with_triggers_ = 0;  // sectors
   // Since take_changed(); nothing where they are not known.
   std::optional<absl::flat_hash_set<SectorIndex>> changed_;
 };

@@ -39,6 +39,7 @@ MovedSector sector_at_rest() {
   sector.clones.push_back(clone_of(3, {std::numeric_limits<std::int64_t>::min(), 3, -7}));
   sector.manifolds.push_back({BodyId{3}, BodyId{7}, std::string("points\0\0\0\0\0\0\0\0\0and more\0", 24)});
   sector.touching = {{BodyId{3}, BodyId{7}}};
+  sector.overlaps = {{BodyId{17}, BodyId{3}}};
   sector.static_region = {-8.5, -8.5, -8.5, 8.5, 8.5, 8.5};
   sector.parts_reported = true;
   return sector;
@@ -78,6 +79,7 @@ TEST(PackedSectors, AreFoundByBodiesAndClones) {
   EXPECT_THAT(packed.holding(BodyId{3}), ElementsAre(sector.sector));
   EXPECT_THAT(packed.holding(BodyId{8}), IsEmpty());
   EXPECT_THAT(packed.touching(BodyId{3}), ElementsAre(sector.sector));
+  EXPECT_THAT(packed.touching(BodyId{17}), ElementsAre(sector.sector));
   EXPECT_THAT(packed.touching(BodyId{1'000'000}), IsEmpty());
   EXPECT_TRUE(packed.body(BodyId{7}).has_value());
   EXPECT_FALSE(packed.body(BodyId{3}).has_value()) << "it lives elsewhere";

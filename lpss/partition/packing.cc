@@ -21,7 +21,7 @@ bool is_at_rest(const Clone& clone) {
 }
 
 bool may_be_packed(const Sector& sector) {
-  return !sector.active && sector.kinematics.empty() &&
+  return !sector.active && sector.kinematics.empty() && sector.programmed.empty() &&
          std::all_of(sector.homes.begin(), sector.homes.end(),
                      [](const HomeBody* body) { return is_at_rest(*body); }) &&
          std::all_of(sector.clones.begin(), sector.clones.end(),
@@ -35,7 +35,8 @@ void pack(Partition& partition, Sector& sector) {
       if (pair.touching) touching.emplace_back(pair.a, pair.b);
     }
   }
-  partition.packed.add(pack_sector(partition, sector), touching);
+  partition.packed.add(pack_sector(partition, sector), touching,
+                       sector.world && sector.world->has_triggers());
   forget_sector(partition, sector);
 }
 
@@ -81,6 +82,10 @@ void bring_back(Partition& partition, const SectorIndex& index) {
 
 void bring_back_holding(Partition& partition, BodyId id) {
   for (const SectorIndex& index : partition.packed.holding(id)) bring_back(partition, index);
+}
+
+void bring_back_touching(Partition& partition, BodyId id) {
+  for (const SectorIndex& index : partition.packed.touching(id)) bring_back(partition, index);
 }
 
 void bring_back_near_borders(Partition& partition) {

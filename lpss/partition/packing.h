@@ -25,6 +25,10 @@ void bring_back(Partition& partition, const SectorIndex& index);
 // All sectors in which the body lives, or a clone of it is.
 void bring_back_holding(Partition& partition, BodyId id);
 
+// All sectors in which something rests on a static body: packed ones take their statics as they are by the
+// time they come back, so only these are concerned by it.
+void bring_back_touching(Partition& partition, BodyId id);
+
 // All sectors with a body that may have to be told to others, by margins that have grown.
 void bring_back_near_borders(Partition& partition);
 

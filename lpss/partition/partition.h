@@ -19,6 +19,7 @@
 
 #include "lpss/engine/engine.h"
 #include "lpss/grid/sector_map.h"
+#include "lpss/model/command.h"
 #include "lpss/model/world_description.h"
 #include "lpss/partition/body_moves.h"
 #include "lpss/partition/joint_index.h"
@@ -85,6 +86,7 @@ struct Partition {
   std::vector<JointId> left_joints;     // of bodies that have left: they may have to be known no more
   std::vector<JointId> set_joints;      // whose drives commands of this tick have set
   std::vector<BodyId> leaving;          // bodies whose announced change of home takes effect at the next tick
+  std::size_t programmed_count = 0;     // of `bodies`, those that have programs
   std::size_t world_count = 0;          // sectors with an engine world
   std::size_t clone_count = 0;          // in engine worlds, as of the last detection
 
@@ -96,10 +98,12 @@ struct Partition {
 
   // --- what is known of others ---
   absl::flat_hash_map<BodyId, std::unique_ptr<Replica>> replicas;
+  std::vector<BodyId> far_replicas;     // heard of in this exchange, and not listed yet; see goes_far()
   std::vector<BodyId> moving_replicas;  // replicas whose home changes at the next tick
   SeamGraph seam_graph;  // all parts of islands in sectors that are hosted here; of others, those that matter
   std::vector<SectorIndex> parts_of_others;  // sectors in it that others have told of, if not all are told
   bool at_rest = false;                      // nothing in the whole world moves
+  std::vector<Command> acts;                 // what programs do at the beginning of the next tick
 
   // Whether contact events are gathered; see report_contacts().
   bool reports_contacts = false;

@@ -30,6 +30,12 @@ void refresh(Partition& partition, const Replica& replica, Clone& clone) {
   if (concerns_sector(replica, clone)) activate(partition, *clone.sector);
 }
 
+// Whether there is somebody whom a clone could meet.
+bool is_inhabited(const Partition& partition, const SectorIndex& index) {
+  const auto found = partition.sectors.find(index);
+  return found == partition.sectors.end() ? partition.packed.contains(index) : !found->second->homes.empty();
+}
+
 Range range_of(const Partition& partition, const Clone& clone) {
   const Replica& replica = *clone.replica;
   const Eigen::Vector3d way = Eigen::Vector3d(replica.state.linear_velocity.data()) * partition.dt();
@@ -99,27 +105,47 @@ bool refresh_listed(Replica& replica) {
   return is_all;
 }
 
-void list_clones(Partition& partition, Replica& replica) {
-  if (replica.is_listed) {
-    for (const std::unique_ptr<Clone>& clone : replica.clones) refresh(partition, replica, *clone);
-    return;
-  }
+namespace {
+
+// The partition's sectors that the replica names.
+std::vector<SectorIndex> places_of(const Partition& partition, const Replica& replica) {
   std::vector<SectorIndex> places;
   replica.replicated_in.for_each([&](const SectorOffset& offset) {
     const absl::StatusOr<SectorIndex> sector = translated(replica.home, offset);
     if (sector.ok() && partition.hosts(*sector)) places.push_back(*sector);
   });
+  return places;
+}
+
+void keep_clones_in(Partition& partition, Replica& replica, const std::vector<SectorIndex>& places) {
   std::erase_if(replica.clones, [&](const std::unique_ptr<Clone>& clone) {
     if (std::binary_search(places.begin(), places.end(), clone->sector->index)) return false;
     unlist(partition, *clone);
     return true;
   });
+}
+
+}  // namespace
+
+void unlist_left_clones(Partition& partition, Replica& replica) {
+  keep_clones_in(partition, replica, places_of(partition, replica));
+}
+
+void list_clones(Partition& partition, Replica& replica) {
+  if (replica.is_listed) {
+    for (const std::unique_ptr<Clone>& clone : replica.clones) refresh(partition, replica, *clone);
+    return;
+  }
+  std::vector<SectorIndex> places = places_of(partition, replica);
+  if (replica.goes_far())
+    std::erase_if(places, [&](const SectorIndex& place) { return !is_inhabited(partition, place); });
+  keep_clones_in(partition, replica, places);
   for (const SectorIndex& place : places) {
     Clone& clone = clone_in(partition, replica, place);
     clone.home = metres_between(place, replica.home, partition.sector_size());
     refresh(partition, replica, clone);
   }
-  replica.is_listed = true;
+  replica.is_listed = !replica.goes_far();
 }
 
 void forget_replica(Partition& partition, BodyId id) {

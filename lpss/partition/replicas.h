@@ -42,8 +42,13 @@ Clone& clone_in(Partition& partition, Replica& replica, const SectorIndex& index
 // listed as the replica says, or if a sector of theirs becomes active. Changes nothing but the clones.
 bool refresh_listed(Replica& replica);
 
-// Lists clones of the replica in the sectors that need it, and none in those that no longer do.
+// Lists clones of the replica in the sectors that need it, and none in those that no longer do. Of one that
+// goes far, once bodies are in their homes of this tick.
 void list_clones(Partition& partition, Replica& replica);
+
+// Likewise, but only takes clones off the list. One that goes far needs it before a body is at home where it
+// had a clone.
+void unlist_left_clones(Partition& partition, Replica& replica);
 
 // Nothing happens where there is no such replica.
 void forget_replica(Partition& partition, BodyId id);

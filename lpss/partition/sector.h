@@ -31,7 +31,7 @@ struct HomeBody {
   bool attended = false;          // on the sector's list
   bool may_have_moved = false;    // of those: since others last heard of it; see attend_borders()
   bool jointed = false;           // some joint has it as parent or child
-  bool known_everywhere = false;  // by all servers: it is kinematic, and the parent of a joint
+  bool known_everywhere = false;  // by all servers: see is_everywhere()
   OffsetSet wanted_in;            // sectors that need a replica in this tick
   OffsetSet replicated_in;        // sectors that were told of it
   BodyProperties properties;
@@ -40,6 +40,7 @@ struct HomeBody {
   std::optional<SectorIndex> next_home;  // announced; takes effect at the next tick
   std::optional<BodyState>
       kinematic_target;  // where it arrives at the end of this tick; there until the next
+  std::vector<ProgramRecord> programs;
 };
 
 // A replica in a sector that may need it. It enters the engine world only when contact is imminent.
@@ -63,11 +64,15 @@ struct Replica {
   bool known_everywhere = false;  // by all servers
   bool jointed = false;           // some joint has it as parent or child
   double surge = 0;               // m, SectorWorld::surge() in the tick of the last news
-  bool is_listed = false;         // the sectors of `clones` are those of `home` and `replicated_in`
+  bool is_listed = false;         // the sectors of `clones` stay those of `home` and `replicated_in`
   std::vector<std::unique_ptr<Clone>> clones;  // in the partition's sectors among them, ascending by sectors
   double radius = 0;                           // m, as HomeBody::radius
   BodyState state;                             // relative to the centre of `home`
   BodyProperties properties;
+
+  // Whether it passes over many sectors in a tick. It then has clones only where a body lives: they are found
+  // anew in each tick.
+  bool goes_far() const { return !replicated_in.far().empty(); }
 };
 
 // Bodies of one sector that touch one another, clones included, as ranges of the sector's lists.
@@ -91,6 +96,8 @@ struct Sector {
   std::unique_ptr<SectorWorld> world;  // only while a dynamic or kinematic body lives here
   std::vector<HomeBody*> homes;        // ascending by id
   std::vector<HomeBody*> kinematics;   // those of the homes that are kinematic, ascending by id
+  std::vector<HomeBody*> pushed;       // those that are dynamic and have a lasting force, likewise
+  std::vector<HomeBody*> programmed;   // those that have programs, likewise
   std::vector<HomeBody*> by_slot;      // homes by their slots in the engine world; null elsewhere
 
   // Those of the homes that others know, or that they may have to hear of; each once. All others are far from
@@ -117,6 +124,12 @@ struct Sector {
   bool parts_reported = false;                 // others know of parts of this sector
 
   absl::flat_hash_set<std::pair<BodyId, BodyId>> touching;  // pairs whose contact has begun
+
+  // What is in which trigger, of the pairs that this sector looks after; ascending. Whether somebody watches
+  // or not.
+  std::vector<Overlap> overlaps;
+  bool overlaps_stale = false;          // a static body has come: those that rest are looked at again, too
+  std::vector<Overlap> found_overlaps;  // of a tick
 };
 
 }  // namespace tessera

@@ -70,14 +70,17 @@ void clear_components(Sector& sector) {
   sector.part_components.clear();
 }
 
-void drop_if_empty(Partition& partition, Sector& sector, Vacated& vacated) {
-  if (!sector.homes.empty()) return;
+bool drop_if_empty(Partition& partition, Sector& sector, Vacated& vacated) {
+  if (!sector.homes.empty()) return false;
   if (sector.world) {
     if (sector.parts_reported) vacated.sectors.push_back(sector.index);
     sector.parts_reported = false;
     clear_components(sector);
     for (const auto& [a, b] : sector.touching) vacated.ended_contacts.push_back({a, b});
     sector.touching.clear();
+    vacated.ended_overlaps.insert(vacated.ended_overlaps.end(), sector.overlaps.begin(),
+                                  sector.overlaps.end());
+    sector.overlaps.clear();
     sector.statics.clear();
     sector.static_region.setEmpty();
     for (const auto& [id, clone] : sector.clones) clone->slot = clone->near = kNoSlot;
@@ -89,9 +92,9 @@ void drop_if_empty(Partition& partition, Sector& sector, Vacated& vacated) {
   }
   sector.awake = false;
   sector.components_stale = false;
-  if (!sector.clones.empty()) return;
-  if (sector.active) std::erase(partition.active, &sector);
+  if (!sector.clones.empty()) return false;
   partition.sectors.erase(SectorIndex(sector.index));
+  return true;
 }
 
 }  // namespace tessera

@@ -33,9 +33,11 @@ void clear_components(Sector& sector);
 struct Vacated {
   std::vector<SectorIndex> sectors;                       // of which others know island parts
   std::vector<std::pair<BodyId, BodyId>> ended_contacts;  // which had begun there
+  std::vector<Overlap> ended_overlaps;                    // of triggers, likewise
 };
 
-// An engine world lives only while a body that can move does, a sector only while something is in it.
-void drop_if_empty(Partition& partition, Sector& sector, Vacated& vacated);
+// An engine world lives only while a body that can move does, a sector only while something is in it. Whether
+// the sector is gone: the caller takes it off the list of active ones.
+bool drop_if_empty(Partition& partition, Sector& sector, Vacated& vacated);
 
 }  // namespace tessera

@@ -27,10 +27,14 @@ Surface surface_in_world(const BodyRecord& record) {
   return surface;
 }
 
-// Packed sectors take their statics as they are by the time they come back, so only those are concerned in
-// which something rests on this one.
-void bring_back_touching(Partition& partition, BodyId id) {
-  for (const SectorIndex& index : partition.packed.touching(id)) bring_back(partition, index);
+// What rests may be in a trigger that comes, or in whose trigger something comes to be.
+void bring_back_noticing(Partition& partition, const BodyRecord& record, bool is_trigger) {
+  const Eigen::AlignedBox3d region =
+      cube(partition.sector_size() / 2 + partition.margins.reach + partition.radius_max);
+  for (const SectorIndex& index :
+       is_trigger ? partition.packed.sectors() : partition.packed.with_triggers()) {
+    if (partition.statics.reaches(record.id, index, region)) bring_back(partition, index);
+  }
 }
 
 // As much of a static body as the sector needs.
@@ -100,10 +104,14 @@ void add_static_body(Partition& partition, const BodyRecord& record) {
   const auto shape = partition.shapes.find(record.properties.shape);
   invariant(shape != partition.shapes.end(), "a static body refers to a shape that was never added");
   partition.statics.add(record, *shape->second);
+  const bool is_trigger = record.properties.trigger || has_triggers(*shape->second);
+  bring_back_noticing(partition, record, is_trigger);
   for (auto& [index, sector] : partition.sectors) {
-    if (sector->world && partition.statics.reaches(record.id, index, sector->static_region)) {
-      add_static(partition, *sector, record.id);
-    }
+    if (!sector->world || !partition.statics.reaches(record.id, index, sector->static_region)) continue;
+    if (!sector->statics.contains(record.id)) add_static(partition, *sector, record.id);
+    if (!is_trigger && !sector->world->has_triggers()) continue;
+    sector->overlaps_stale = true;
+    activate(partition, *sector);
   }
 }
 

@@ -55,6 +55,7 @@ inline void expect_equal(const MovedSector& a, const MovedSector& b) {
     EXPECT_EQ(a.manifolds[n].points, b.manifolds[n].points);
   }
   EXPECT_EQ(a.touching, b.touching);
+  EXPECT_EQ(a.overlaps, b.overlaps);
   EXPECT_EQ(a.static_region, b.static_region);
   EXPECT_EQ(a.parts_reported, b.parts_reported);
   EXPECT_EQ(a.active, b.active);

@@ -22,6 +22,7 @@ SharedState shared_state(const Partition& partition) {
 SharedState lately_heard(const Partition& partition) {
   SharedState state;
   state.at_rest = partition.at_rest;
+  state.acts = partition.acts;
   for (const auto& [id, replica] : partition.replicas) {
     if (!replica->known_everywhere) continue;
     state.known_replicas.push_back({introduction_of(*replica), update_of(*replica)});
@@ -38,6 +39,7 @@ void hear(Partition& partition, const SharedState& state) {
     note_moving(partition, replica);
   }
   partition.at_rest = state.at_rest;
+  partition.acts = state.acts;
 }
 
 std::vector<ShapeEntry> shapes_of(const Partition& partition) {

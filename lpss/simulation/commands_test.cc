@@ -112,6 +112,94 @@ TEST(Commands, ForcesAndTargetsCarryBodiesOverBorders) {
   }
 }
 
+// The same bits as a force that is given anew in each tick, until it ends.
+TEST(Commands, ALastingForceActsInEachTick) {
+  WorldBuilder builder(sectors_of(4));
+  const auto ball = builder.shape(Sphere{0.5});
+  builder.add("floor", builder.shape(Plane{}), 0, {0, 0, 0}).properties.motion = Motion::kStatic;
+  builder.add("rocket", ball, 1, {0, 0, 0.5});
+  builder.add("struck", ball, 1, {7, 0.2, 0.5});
+  builder.add("pushed", ball, 1, {0, 6, 0.5}).properties.lasting = LastingForce{{{0, 3, 0}, {0, 0.1, 0}}};
+  WorldDescription described = builder.world();
+  described.bodies[3].properties.lasting.reset();
+  const Wrench thrust{{8, 1, 2}, {0, 0, 0.5}};
+  for (const std::uint32_t partitions : {1u, 3u}) {
+    auto lasting = cluster_of(builder.world(), partitions);
+    auto each = cluster_of(described, partitions);
+    for (int tick = 0; tick < 240; ++tick) {
+      std::vector<Command> once;
+      std::vector<Command> again{ApplyForce{BodyId{4}, {{0, 3, 0}, {0, 0.1, 0}}}};
+      if (tick == 10) once = {SetForce{BodyId{2}, LastingForce{thrust}}};
+      if (tick == 150) once = {SetForce{BodyId{2}, {}}};
+      if (tick >= 10 && tick < 150) again.push_back(ApplyForce{BodyId{2}, thrust});
+      lasting->step(once);
+      each->step(again);
+      ASSERT_EQ(lasting->hash(), each->hash()) << "tick " << tick << " on " << partitions;
+    }
+    EXPECT_GT(place(*lasting, BodyId{2}, 4).x(), 8);
+  }
+}
+
+// Turns with the body: v = F / (m w) (sin wt, 1 - cos wt), of a body that turns at w.
+TEST(Commands, AThrusterTurnsWithItsBody) {
+  WorldDescription world = lopsided_box();
+  world.settings.time_step = 1.0 / 240;
+  BodyDescription& box = world.bodies[0];
+  box.linear_velocity.setZero();
+  box.angular_velocity = {0, 0, 2};
+  box.properties.lasting = LastingForce{{{0, -3, 0}, {}}, /*turns_along=*/true};  // of the turned frame: x
+  auto cluster = cluster_of(world, 2);
+  for (int tick = 0; tick < 240; ++tick) cluster->step();
+  const BodyState after = cluster->body(BodyId{1})->state;
+  EXPECT_NEAR(after.linear_velocity[0], 1.5 * std::sin(2), 0.02);
+  EXPECT_NEAR(after.linear_velocity[1], 1.5 * (1 - std::cos(2)), 0.02);
+  EXPECT_EQ(after.linear_velocity[2], 0);
+}
+
+// What leans on a wall, asleep, goes on once the wall is gone.
+TEST(Commands, ALastingForceLastsWhileItsBodySleeps) {
+  WorldBuilder builder(sectors_of(16));
+  builder.add("floor", builder.shape(Plane{}), 0, {0, 0, 0}).properties.motion = Motion::kStatic;
+  builder.add("wall", builder.shape(Box{{1, 4, 4}}), 0, {1, 0, 2}).properties.motion = Motion::kStatic;
+  BodyDescription& box = builder.add("box", builder.shape(Box{{1, 1, 1}}), 1, {0, 0, 0.5});
+  box.properties.lasting = LastingForce{{{20, 0, 0}, {}}};
+  for (const std::uint32_t partitions : {1u, 2u}) {
+    auto cluster = cluster_of(builder.world(), partitions);
+    for (int tick = 0; tick < 400; ++tick) cluster->step();  // long enough to be packed
+    EXPECT_EQ(cluster->body(BodyId{3})->state.activity, Activity::kAsleep);
+    const std::vector<Command> opened{RemoveBody{BodyId{2}}};
+    cluster->step(opened);
+    for (int tick = 1; tick < 60; ++tick) cluster->step();
+    EXPECT_NEAR(cluster->body(BodyId{3})->state.linear_velocity[0], 20 - 0.5 * 9.81, 0.05);
+  }
+}
+
+// A body that is moved a little, with the impulses of its contacts or without.
+TEST(Commands, ContactsAreKeptWhereABodyIsPlacedAnew) {
+  WorldBuilder builder(sectors_of(16));
+  const auto cube = builder.shape(Box{{1, 1, 1}});
+  builder.add("floor", builder.shape(Plane{}), 0, {0, 0, 0}).properties.motion = Motion::kStatic;
+  for (int n = 0; n < 6; ++n) builder.add("box", cube, 1, {7.5, 0, 0.5 + n}).name += std::to_string(n);
+  const auto hash_after = [&](std::uint32_t partitions, const std::optional<bool>& keeps) {
+    auto cluster = cluster_of(builder.world(), partitions);
+    for (int tick = 0; tick < 20; ++tick) cluster->step();
+    std::vector<Command> commands;
+    if (keeps) {
+      const BodyRecord low = cluster->body(BodyId{3}).value();
+      Teleport jump{low.id, low.home, low.state};
+      jump.keeps_contacts = *keeps;
+      commands = {jump};
+    }
+    cluster->step(commands);
+    return cluster->hash();
+  };
+  const auto untouched = hash_after(1, std::nullopt);
+  EXPECT_EQ(hash_after(1, true), untouched) << "to where it is";
+  EXPECT_EQ(hash_after(3, true), untouched);
+  EXPECT_NE(hash_after(1, false), untouched) << "a tower takes some ticks to bear its weight again";
+  EXPECT_EQ(hash_after(3, false), hash_after(1, false));
+}
+
 TEST(Commands, AKinematicTargetWithoutARotationKeepsIt) {
   WorldDescription world = lopsided_box();
   world.bodies[0].properties.motion = Motion::kKinematic;

@@ -125,6 +125,27 @@ TEST(Divergence, ADriveTakesItsLinksAndNothingElse) {
   }
 }
 
+// Forty-eight bodies, each joined to all others: more than a tick has time for.
+TEST(Divergence, WhatHasTooManyJointsToBeSolvedIsStopped) {
+  WorldSettings settings = sectors_of(8);
+  settings.precision = engine_tests::test_precision;
+  WorldBuilder builder(settings);
+  const ShapeId ball = builder.shape(Sphere{0.1});
+  builder.add("free", ball, 1, {0, 0, 0});
+  constexpr int kKnot = 48;
+  const auto name = [](int n) { return "knot" + std::to_string(n); };
+  for (int n = 0; n < kKnot; ++n) {
+    builder.add(name(n), ball, 1, {3 + 0.3 * n, 0, 0});
+    for (int other = 0; other < n; ++other) {
+      builder.tie(name(n) + "_" + std::to_string(other), JointType::kBall, name(other), name(n),
+                  {3 + 0.15 * (n + other), 0, 0}, Eigen::Vector3d::UnitZ());
+    }
+  }
+  const Record record = same_on_any_number(builder.world(), 3, Script());
+  EXPECT_EQ(record.events.size(), 3u * kKnot) << "all of them, in each tick";
+  for (const Divergence& event : record.events) EXPECT_GT(event.body, BodyId{1});
+}
+
 TEST(Divergence, ABodyGoesOnOnceTheCauseIsGone) {
   const WorldDescription world = tower_and_chain();
   const Record record = same_on_any_number(world, 120, [](Tick tick) {

@@ -9,6 +9,7 @@
 #include "lpss/engine/load_engine.h"
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
+#include "lpss/programs/registry.h"
 
 namespace tessera {
 namespace {
@@ -32,6 +33,7 @@ absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::create(const
                                                                            int threads, bool free_flight) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
+  if (absl::Status status = check_programs(world); !status.ok()) return status;
   const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
   if (!joints.ok()) return joints.status();
   if (absl::Status status = open_grounds(world.shapes); !status.ok()) return status;
@@ -138,6 +140,12 @@ void PartitionCluster::step(std::span<const Command> commands) {
       moved = true;
     }
   }
+}
+
+WorldHash PartitionCluster::program_hash() const {
+  WorldHash sum;
+  for (const Member& member : members_) sum.add(program_hash_of(*member.partition));
+  return sum;
 }
 
 WorldHash PartitionCluster::hash() const {

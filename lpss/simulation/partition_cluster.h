@@ -39,6 +39,7 @@ class PartitionCluster {
   Tick tick() const { return tick_; }
   std::uint64_t rounds() const { return rounds_; }  // of messages so far, of all partitions
   WorldHash hash() const;
+  WorldHash program_hash() const;  // of programs alone
 
   // Sums over the partitions.
   TickCounts counts() const;

@@ -5,6 +5,7 @@
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
+#include "lpss/programs/registry.h"
 #include "lpss/tick/events.h"
 
 namespace tessera {
@@ -36,6 +37,7 @@ absl::StatusOr<std::unique_ptr<Simulation>> Simulation::create(const WorldDescri
                                                                TimeSource time) {
   absl::StatusOr<std::vector<BodyRecord>> records = records_of(world);
   if (!records.ok()) return records.status();
+  if (absl::Status status = check_programs(world); !status.ok()) return status;
   const absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(world);
   if (!joints.ok()) return joints.status();
   if (absl::Status status = open_grounds(world.shapes); !status.ok()) return status;
@@ -82,6 +84,8 @@ void Simulation::step(std::span<const Command> commands) {
 }
 
 WorldHash Simulation::hash() const { return hash_of(*partition_); }
+
+WorldHash Simulation::program_hash() const { return program_hash_of(*partition_); }
 
 void Simulation::for_each_body(const std::function<void(const BodyRecord&)>& visit) const {
   tessera::for_each_body(*partition_, visit);

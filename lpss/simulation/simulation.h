@@ -46,6 +46,7 @@ class Simulation {
 
   Tick tick() const { return tick_; }
   WorldHash hash() const;
+  WorldHash program_hash() const;  // of programs alone
 
   // Calls `visit` for each dynamic and kinematic body, in ascending order of ids.
   void for_each_body(const std::function<void(const BodyRecord&)>& visit) const;

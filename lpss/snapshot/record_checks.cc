@@ -5,6 +5,8 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 #include <type_traits>
 #include <variant>
@@ -12,6 +14,7 @@
 #include "lpss/model/checks.h"
 #include "lpss/model/limits.h"
 #include "lpss/model/validate.h"
+#include "lpss/programs/registry.h"
 
 namespace tessera {
 namespace {
@@ -22,6 +25,30 @@ constexpr double kRotationTolerance = 1e-2;
 absl::Status are_finite(const std::string& what, const std::array<double, 3>& value) {
   return finite(what, Eigen::Vector3d(value.data()));
 }
+
+// Whether all numbers of a command are finite.
+struct FiniteNumbers {
+  bool all = true;
+
+  void operator()(const auto&... fields) { (look_at(fields), ...); }
+
+  void look_at(double number) { all = all && std::isfinite(number); }
+  template <std::size_t N>
+  void look_at(const std::array<double, N>& numbers) {
+    for (const double number : numbers) look_at(number);
+  }
+  template <typename T>
+  void look_at(const std::optional<T>& item) {
+    if (item) look_at(*item);
+  }
+  void look_at(const Wrench& wrench) { (*this)(wrench.force, wrench.torque); }
+  void look_at(const LastingForce& lasting) { look_at(lasting.wrench); }
+  void look_at(const std::vector<std::pair<std::uint32_t, double>>& numbers) {
+    for (const auto& [place, number] : numbers) look_at(number);
+  }
+  void look_at(const BodyId&) {}
+  void look_at(std::uint32_t) {}
+};
 
 absl::Status first_error(std::initializer_list<absl::Status> checks) {
   for (const absl::Status& status : checks) {
@@ -86,15 +113,12 @@ absl::Status RecordChecks::properties(BodyId body, const BodyProperties& propert
 
 absl::Status RecordChecks::near(const std::string& what, const SectorIndex& home,
                                 const SectorIndex& other) const {
-  // No farther than a tick takes a body.
-  const double way_max = 4 * settings_.sector_size + kSpeedMax * settings_.time_step;
-  return finite(what, metres_between(home, other, settings_.sector_size), way_max, "m");
+  return finite(what, metres_between(home, other, settings_.sector_size), way_from_home_max(settings_), "m");
 }
 
 absl::Status RecordChecks::state(const SectorIndex& home, const BodyState& state) const {
   const Eigen::Vector3d position(state.position.data());
-  const double way_max = 4 * settings_.sector_size + kSpeedMax * settings_.time_step;
-  absl::Status status = finite("position", position, way_max, "m");
+  absl::Status status = finite("position", position, way_from_home_max(settings_), "m");
   if (!status.ok()) return status;
   if (auto place = canonical(home, position, settings_.sector_size); !place.ok()) return place.status();
   const Eigen::Matrix3d rotation(state.rotation.data());
@@ -112,11 +136,18 @@ absl::Status RecordChecks::state(const SectorIndex& home, const BodyState& state
 
 absl::Status RecordChecks::record(const BodyRecord& record) const {
   if (absl::Status status = properties(record.id, record.properties); !status.ok()) return status;
+  if (absl::Status status = check_programs(record.properties, record.programs); !status.ok())
+    return in(title_of(record.id), status);
   return in(title_of(record.id), state(record.home, record.state));
 }
 
 absl::Status RecordChecks::joint(const JointRecord& record) const {
   if (record.id.value == 0) return refused("a joint's id must be at least 1");
+  const auto is_finite = [](double number) { return std::isfinite(number); };
+  const JointLoads& loads = record.loads;
+  if (!std::ranges::all_of(loads.effort, is_finite) || !std::ranges::all_of(loads.force, is_finite) ||
+      !std::ranges::all_of(loads.torque, is_finite))
+    return refused("joint ", record.id.value, ": what it bore must be numbers");
   // Frames are given in centre frames, which these have, too.
   BodyProperties parent;
   BodyProperties child;
@@ -174,26 +205,27 @@ absl::Status RecordChecks::command(const Command& command) const {
           return first_error({id(c.id), in(title_of(c.id), state(c.home, c.state))});
         } else if constexpr (std::is_same_v<C, RemoveBody>) {
           return id(c.id);
-        } else if constexpr (std::is_same_v<C, SetVelocity>) {
-          return first_error({id(c.id), in(title_of(c.id), are_finite("linear velocity", c.linear)),
-                              in(title_of(c.id), are_finite("angular velocity", c.angular))});
-        } else if constexpr (std::is_same_v<C, ApplyImpulse>) {
-          return first_error({id(c.id), in(title_of(c.id), are_finite("impulse", c.impulse)),
-                              in(title_of(c.id), are_finite("lever", c.lever))});
-        } else if constexpr (std::is_same_v<C, ApplyForce>) {
-          return first_error({id(c.id), in(title_of(c.id), are_finite("force", c.wrench.force)),
-                              in(title_of(c.id), are_finite("torque", c.wrench.torque))});
         } else if constexpr (std::is_same_v<C, SetProperties>) {
           return properties(c.id, c.properties);
         } else if constexpr (std::is_same_v<C, ApplyRadialImpulse>) {
           return radial(c);
         } else {
-          static_assert(std::is_same_v<C, SetSurfaceMotion>);
-          return first_error({id(c.id), in(title_of(c.id), are_finite("surface velocity", c.velocity)),
-                              in(title_of(c.id), are_finite("running surface", c.running))});
+          FiniteNumbers numbers;
+          C::describe(numbers, c);
+          return first_error(
+              {id(c.id), numbers.all ? absl::OkStatus()
+                                     : refused(title_of(c.id), ": a number of a command is not finite")});
         }
       },
       command);
+}
+
+absl::Status RecordChecks::acts(std::span<const Command> acts) const {
+  for (const Command& act : acts) {
+    if (!is_act(act)) return refused("a program does what no program can do");
+    if (absl::Status status = command(act); !status.ok()) return in("what a program does", status);
+  }
+  return absl::OkStatus();
 }
 
 namespace {
@@ -267,6 +299,7 @@ absl::Status check(const Partition& partition, const SharedState& shared,
       return refused(title_of(record.id), ": it moves, and is listed as static");
     if (status = records.add(record); !status.ok()) return status;
   }
+  if (status = checks.acts(shared.acts); !status.ok()) return status;
   if (status = check_ties(shared.joints); !status.ok()) return status;
   for (const KnownReplica& known : shared.known_replicas) {
     status = checks.properties(known.introduction.id, known.introduction.properties);

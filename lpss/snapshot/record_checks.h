@@ -45,6 +45,9 @@ class RecordChecks {
 
   absl::Status command(const Command& command) const;
 
+  // Of programs, for the next tick.
+  absl::Status acts(std::span<const Command> acts) const;
+
  private:
   absl::Status leaders(const AddJoint& command) const;
   absl::Status drives(const SetDrives& command) const;

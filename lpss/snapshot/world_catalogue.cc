@@ -100,14 +100,17 @@ absl::Status held_check(const WorldCatalogue& catalogue, const WorldSnapshot& wo
   return absl::OkStatus();
 }
 
-// How many bodies and joints the state has, by the ids that a catalogue may lack only for held commands.
+// That all bodies and joints of the state have names; a body may lack one, or move otherwise than its name
+// says, only for held commands.
 absl::Status all_named(const WorldCatalogue& catalogue, const WorldSnapshot& world) {
   absl::flat_hash_map<BodyId, Motion> bodies;
   for (const WorldCatalogue::Body& body : catalogue.bodies) bodies.emplace(body.id, body.properties.motion);
   absl::flat_hash_set<BodyId> gone;
+  absl::flat_hash_set<BodyId> changed;
   for (const WorldCatalogue::HeldBatch& batch : catalogue.held) {
     for (const Command& command : batch.commands) {
       if (const auto* removal = std::get_if<RemoveBody>(&command)) gone.insert(removal->id);
+      if (const auto* change = std::get_if<SetProperties>(&command)) changed.insert(change->id);
     }
   }
   const auto check = [&](const BodyRecord& record) -> absl::Status {
@@ -117,7 +120,9 @@ absl::Status all_named(const WorldCatalogue& catalogue, const WorldSnapshot& wor
     const auto named = bodies.find(record.id);
     if (named == bodies.end() && gone.contains(record.id)) return absl::OkStatus();
     if (named == bodies.end()) return refused(title_of(record.id), ": it has no name");
-    if (named->second == record.properties.motion) return absl::OkStatus();
+    const Motion motion = record.properties.motion;
+    const bool may_change = changed.contains(record.id) && motion != Motion::kStatic;
+    if (named->second == motion || (may_change && named->second != Motion::kStatic)) return absl::OkStatus();
     return refused(title_of(record.id), ": its name belongs to one that moves otherwise");
   };
   for (const BodyRecord& record : world.shared.statics) {
@@ -143,7 +148,8 @@ WorldCatalogue catalogue_of(const WorldDescription& world, std::span<const BodyR
   WorldCatalogue catalogue;
   catalogue.name = world.name;
   for (std::size_t n = 0; n < records.size(); ++n) {
-    catalogue.bodies.push_back({records[n].id, world.bodies[n].name, records[n].properties});
+    catalogue.bodies.push_back(
+        {records[n].id, world.bodies[n].name, records[n].properties, tags_of(world.bodies[n])});
   }
   for (std::size_t n = 0; n < joints.size(); ++n)
     catalogue.joints.push_back({world.joints[n].name, joints[n]});
@@ -163,6 +169,20 @@ WorldCatalogue catalogue_of(const WorldDescription& world) {
   return catalogue_of(world, *records, *joints);
 }
 
+BodyTags tags_of(const BodyDescription& body, std::string owner) {
+  BodyTags tags{std::move(owner), body.user_data, {}};
+  for (const ProgramRecord& program : body.programs) tags.programs.push_back(program.kind);
+  return tags;
+}
+
+absl::Status validate(const BodyTags& tags) {
+  if (tags.programs.size() > kProgramsPerBodyMax)
+    return refused(tags.programs.size(), " programs must be at most ", kProgramsPerBodyMax);
+  if (absl::Status status = sized("owner", tags.owner, kNameBytesMax); !status.ok()) return status;
+  if (absl::Status status = utf8("owner", tags.owner); !status.ok()) return status;
+  return sized("user data", tags.user_data, kUserDataBytesMax);
+}
+
 absl::Status validate(const WorldCatalogue& catalogue, const WorldSnapshot& world) {
   if (catalogue.next_body.value > kBodyIdMax + 1) {
     return refused("the next body's id must be at most ", kBodyIdMax + 1);
@@ -170,6 +190,9 @@ absl::Status validate(const WorldCatalogue& catalogue, const WorldSnapshot& worl
   absl::Status status = named_once("body", catalogue.bodies, catalogue.next_body.value,
                                    [](const WorldCatalogue::Body& body) { return body.id; });
   if (!status.ok()) return status;
+  for (const WorldCatalogue::Body& body : catalogue.bodies) {
+    if (status = validate(body.tags); !status.ok()) return in(absl::StrCat("body ", body.id.value), status);
+  }
   status = named_once("joint", catalogue.joints, catalogue.next_joint.value,
                       [](const WorldCatalogue::Joint& joint) { return joint.record.id; });
   if (!status.ok()) return status;

@@ -13,6 +13,15 @@
 
 namespace tessera {
 
+// What clients attach to a body.
+struct BodyTags {
+  std::string owner;      // who may command it by requests with this owner; empty: nobody in particular
+  std::string user_data;  // bytes
+  std::vector<std::string> programs = {};  // the kinds of its programs, by their places
+};
+
+BodyTags tags_of(const BodyDescription& body, std::string owner = {});
+
 // What the owner of a world's sequence of commands keeps of it: names, and what has been accepted and has not
 // taken effect.
 struct WorldCatalogue {
@@ -20,6 +29,7 @@ struct WorldCatalogue {
     BodyId id;
     std::string name;
     BodyProperties properties;  // as simulated
+    BodyTags tags = {};
   };
   struct Joint {
     std::string name;
@@ -51,6 +61,9 @@ struct WorldCatalogue {
 WorldCatalogue catalogue_of(const WorldDescription& world, std::span<const BodyRecord> records,
                             std::span<const JointRecord> joints);
 WorldCatalogue catalogue_of(const WorldDescription& world);
+
+// INVALID_ARGUMENT with the field and its bound.
+absl::Status validate(const BodyTags& tags);
 
 // Whether names and ids are unique and in bounds, and all is as the state says where nothing is held.
 // INVALID_ARGUMENT with the body, joint or name.

@@ -11,6 +11,7 @@
 #include "lpss/model/validate.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
+#include "lpss/programs/registry.h"
 #include "lpss/snapshot/record_checks.h"
 #include "lpss/tick/components.h"
 
@@ -35,6 +36,7 @@ class Check {
       if (absl::Status status = bodies(sector); !status.ok()) return status;
     }
     if (absl::Status status = joints(); !status.ok()) return status;
+    if (absl::Status status = checks_.acts(world_.shared.acts); !status.ok()) return status;
     for (const KnownReplica& known : world_.shared.known_replicas) {
       if (absl::Status status = replica(known.introduction, known.update); !status.ok()) return status;
     }
@@ -89,6 +91,7 @@ class Check {
   absl::Status body(const BodyRecord& record) {
     if (absl::Status status = properties(record.id, record.properties); !status.ok()) return status;
     if (absl::Status status = state(record.home, record.state); !status.ok()) return status;
+    if (absl::Status status = check_programs(record.properties, record.programs); !status.ok()) return status;
     if (bodies_.emplace(record.id, &record).second) return absl::OkStatus();
     return refused("the id is given twice");
   }
@@ -245,6 +248,9 @@ class Check {
       if (std::isnan(sector.static_region[axis]))
         return refused("a region of static bodies must be of numbers");
     }
+    status = ascend("pairs of triggers and what is in them", sector.overlaps,
+                    [](const Overlap& overlap) { return std::pair(overlap.trigger, overlap.visitor); });
+    if (!status.ok()) return status;
     return ascend("pairs of a sector", sector.manifolds,
                   [](const ManifoldState& pair) { return std::pair(pair.a, pair.b); });
   }

@@ -87,6 +87,7 @@ std::optional<Round> AgreementTree::advance(std::vector<Agreement> inbox) {
         check(below);
         said_.quiet &= below.quiet;
         said_.goes_on |= below.goes_on;
+        said_.has_programs |= below.has_programs;
         append(said_.calls, below.calls);
         append(said_.joint_ends, below.joint_ends);
         append(said_.joint_hosts, below.joint_hosts);
@@ -97,6 +98,7 @@ std::optional<Round> AgreementTree::advance(std::vector<Agreement> inbox) {
       check(all);
       said_.quiet = all.quiet;
       said_.goes_on = all.goes_on;
+      said_.has_programs = all.has_programs;
       append(said_.calls, all.calls);
       append(said_.joint_hosts, all.joint_hosts);
       return tell();
@@ -113,7 +115,7 @@ std::optional<Round> AgreementTree::ask() {
   if (self_ == 0) return tell();
   stage_ = Stage::kAsking;
   const auto is_for_here = [&](const auto& item) { return item.to == self_ || way_down(item.to); };
-  Agreement up{.quiet = said_.quiet, .goes_on = said_.goes_on};
+  Agreement up{.quiet = said_.quiet, .goes_on = said_.goes_on, .has_programs = said_.has_programs};
   const auto split = [&](auto& here, auto& there) {
     const auto others = std::stable_partition(here.begin(), here.end(), is_for_here);
     there.assign(others, here.end());
@@ -134,7 +136,8 @@ std::optional<Round> AgreementTree::tell() {
   bool any = false;
   for_each_below([&](Rank rank) {
     any = true;
-    telling.to[rank] = Agreement{.quiet = said_.quiet, .goes_on = said_.goes_on};
+    telling.to[rank] =
+        Agreement{.quiet = said_.quiet, .goes_on = said_.goes_on, .has_programs = said_.has_programs};
   });
   const auto hand_down = [&](auto Agreement::*items) {
     for (const auto& item : said_.*items) {

@@ -13,6 +13,7 @@
 #include "lpss/partition/replicas.h"
 #include "lpss/partition/sectors.h"
 #include "lpss/partition/statics.h"
+#include "lpss/programs/registry.h"
 #include "lpss/tick/landings.h"
 #include "lpss/tick/radial_impulse.h"
 
@@ -111,6 +112,22 @@ void bring_back_named(Partition& partition, const Command& command) {
       command);
 }
 
+// It runs at the end of this tick. What is out of bounds, as another program may have it, changes nothing.
+void tell(ProgramRecord& record, const TellProgram& told) {
+  const Program* const program = find_program(record.kind);
+  if (program == nullptr || !record.fault.empty()) return;
+  complete(record);
+  const auto set = [](std::vector<double>& numbers, std::span<const std::pair<std::uint32_t, double>> some,
+                      std::span<const NumberSpec> table) {
+    for (const auto& [place, value] : some) {
+      if (place < table.size() && check_number(table[place], value).ok()) numbers[place] = value;
+    }
+  };
+  set(record.inputs, told.inputs, program->inputs());
+  set(record.parameters, told.parameters, program->parameters());
+  record.wake_at = 1;
+}
+
 // The commands of a tick, one after the other.
 class Commands {
  public:
@@ -121,9 +138,26 @@ class Commands {
     std::visit([this](const auto& c) { carry_out(c); }, command);
   }
 
-  std::vector<HomeChange> end() { return landings_.carry_out_all(partition_); }
+  std::vector<HomeChange> end() {
+    push_lasting();
+    return landings_.carry_out_all(partition_);
+  }
 
  private:
+  // By the forces that last. What is pushed may be near a border, and its replicas must know how far it may
+  // go.
+  void push_lasting() {
+    for (const Sector* sector : partition_.active) {
+      for (HomeBody* body : sector->pushed) {
+        SectorWorld& world = *sector->world;
+        if (world.activity(body->slot) == Activity::kAsleep) continue;
+        world.add_wrench(body->slot, wrench_at(body->properties, world.state(body->slot).rotation));
+        note_if_stopped(partition_, *body, stopped_);
+        mark_dirty(*body);
+      }
+    }
+  }
+
   void carry_out(const SpawnBody& c) { add_body(partition_, c.record); }
   void carry_out(const RemoveBody& c) {
     remove_body(partition_, c.id);
@@ -143,6 +177,31 @@ class Commands {
   }
   void carry_out(const ApplyForce& c) {
     change(c.id, [&](SectorWorld& world, HomeBody& body) { world.add_wrench(body.slot, c.wrench); });
+  }
+  // As a lasting force does, it lets a body fall asleep.
+  void carry_out(const PushBody& c) {
+    const auto found = partition_.bodies.find(c.id);
+    if (found == partition_.bodies.end()) return;
+    HomeBody& body = *found->second;
+    SectorWorld& world = *body.sector->world;
+    if (body.properties.motion != Motion::kDynamic || world.activity(body.slot) == Activity::kAsleep) return;
+    world.add_wrench(body.slot, c.wrench);
+    note_if_stopped(partition_, body, stopped_);
+    mark_dirty(body);
+  }
+  void carry_out(const TellProgram& c) {
+    const auto found = partition_.bodies.find(c.id);
+    if (found == partition_.bodies.end() || found->second->programs.empty()) return;
+    HomeBody& body = *found->second;
+    for (std::size_t place = 0; place < body.programs.size(); ++place) {
+      if (c.program == kAllPrograms || c.program == place) tell(body.programs[place], c);
+    }
+    activate(partition_, *body.sector);
+  }
+  void carry_out(const SetForce& c) {
+    if (const auto replica = partition_.replicas.find(c.id); replica != partition_.replicas.end())
+      replica->second->properties.lasting = c.force;
+    change(c.id, [&](SectorWorld&, HomeBody& body) { set_lasting_force(body, c.force); });
   }
   void carry_out(const Teleport& c) { landings_.add(partition_, c); }
   void carry_out(const KinematicTarget& c) { set_target(partition_, c, landings_, stopped_); }

@@ -8,6 +8,7 @@
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/packing.h"
 #include "lpss/tick/inbox.h"
+#include "lpss/tick/triggers.h"
 
 namespace tessera {
 namespace {
@@ -35,6 +36,7 @@ void send_contact_points(Partition& partition, std::vector<Exchange>& outbox) {
 
   for (Sector* sector : concerned) {
     if (!sector->world) continue;
+    send_overlaps(partition, *sector, moving, outbox);
     const std::span<const ContactPair> pairs = sector->world->contacts();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const ContactPair& pair = pairs[i];
@@ -60,11 +62,17 @@ void send_contact_points(Partition& partition, std::vector<Exchange>& outbox) {
 }
 
 void take_contact_points(Partition& partition, std::vector<Exchange>& inbox) {
-  const auto order = [](const ManifoldTransfer& m) { return std::tuple(m.to, m.manifold.a, m.manifold.b); };
+  const auto order = [](const ManifoldTransfer& m) {
+    return std::tuple(m.to, m.is_overlap, m.manifold.a, m.manifold.b);
+  };
   for (ManifoldTransfer& transfer : collected(inbox, &Exchange::manifolds, order)) {
     bring_back(partition, transfer.to);
     const auto sector = partition.sectors.find(transfer.to);
     if (sector == partition.sectors.end() || !sector->second->world) continue;
+    if (transfer.is_overlap) {
+      take_overlap(*sector->second, transfer);
+      continue;
+    }
     if (!transfer.manifold.points.empty()) sector->second->world->import_manifold(transfer.manifold);
     if (transfer.was_touching) sector->second->touching.insert({transfer.manifold.a, transfer.manifold.b});
   }

@@ -28,9 +28,13 @@ struct TickContext {
   std::vector<Stopped> stopped;
   BlamedJoints blamed;
 
+  std::vector<BodyId>
+      changed_triggers;  // into which something came, or which it left; each may be in it often
+
   // For those who watch.
   std::vector<Divergence> divergences;
-  std::vector<ContactEvent> events;  // ascending by (a, b)
+  std::vector<ContactEvent> trigger_events;  // from detection on, until they join the others
+  std::vector<ContactEvent> events;          // ascending by (a, b), then those of triggers, likewise
   TickCounts counts;
 };
 

@@ -3,7 +3,6 @@
 #include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
-#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -19,36 +18,6 @@ ContactEvent end_of(Tick tick, BodyId a, BodyId b) {
   return event;
 }
 
-// Of points that are about as deep, the first in a direction along which hardly any two are level: rounding
-// does not choose.
-const TouchingPoint& deepest_of(const std::vector<TouchingPoint>& points) {
-  constexpr double kSameDepth = 1e-4;  // m
-  const Eigen::Vector3d order(1, 0.618, 0.274);
-  double depth = -std::numeric_limits<double>::infinity();
-  for (const TouchingPoint& point : points) depth = std::max(depth, point.depth);
-  const TouchingPoint* deepest = nullptr;
-  for (const TouchingPoint& point : points) {
-    if (point.depth < depth - kSameDepth) continue;
-    if (deepest == nullptr || order.dot(point.position - deepest->position) > 0) deepest = &point;
-  }
-  return *deepest;
-}
-
-ContactEvent event_of(const Partition& partition, const Sector& sector, ContactDetail patch) {
-  ContactEvent event;
-  const TouchingPoint deepest = deepest_of(patch.points);
-  const absl::StatusOr<WorldPosition> position =
-      canonical(sector.index, deepest.position, partition.sector_size());
-  if (position.ok()) event.position = *position;
-  event.depth = deepest.depth;
-  Eigen::Map<Eigen::Vector3d>(event.normal.data()) = patch.normal;
-  event.impulse = patch.impulse;
-  Eigen::Map<Eigen::Vector3d>(event.friction.data()) = patch.friction;
-  event.points = std::move(patch.points);
-  for (TouchingPoint& point : event.points) point.position -= deepest.position;
-  return event;
-}
-
 void gather_sector(const Partition& partition, Tick tick, Sector& sector, std::vector<ContactEvent>& events) {
   absl::flat_hash_set<std::pair<BodyId, BodyId>> now;
   const std::span<const ContactPair> pairs = sector.world->contacts();
@@ -58,7 +27,7 @@ void gather_sector(const Partition& partition, Tick tick, Sector& sector, std::v
     const bool has_begun = sector.touching.contains({pair.a, pair.b});
     for (ContactDetail& patch : sector.world->touching_patches(i)) {
       now.insert({pair.a, pair.b});
-      ContactEvent event = event_of(partition, sector, std::move(patch));
+      ContactEvent event{patch_of(partition, sector, std::move(patch))};
       event.tick = tick;
       event.phase = has_begun ? ContactPhase::kPersist : ContactPhase::kBegin;
       event.a = pair.a;

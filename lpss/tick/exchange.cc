@@ -45,8 +45,11 @@ void tell_of(const Partition& partition, OwnersAround& around, HomeBody& body,
     return (body.known_everywhere ? everyone(partition.map) : Ranks{}) | around.of(body.replicated_in);
   };
   const Ranks before = informed();
+  // What others have to hear of an island depends on it, also where all of that sleep: a body that forces
+  // press may go far, and once it sleeps it does not.
+  if (body.replicated_in.empty() != body.wanted_in.empty()) body.sector->components_stale = true;
   body.replicated_in = body.wanted_in;
-  body.known_everywhere = is_everywhere(body);
+  body.known_everywhere = is_everywhere(body.jointed, body.properties.motion, body.replicated_in);
   body.dirty = false;
   const Ranks now = informed();
   if (before.empty() && now.empty()) return;
@@ -100,7 +103,12 @@ void take_updates(Partition& partition, const std::vector<ReplicaUpdate>& update
   for (const std::vector<Replica*>& replicas : with_more_to_do) {
     for (Replica* replica : replicas) {
       if (replica->next_home != replica->home) partition.moving_replicas.push_back(replica->id);
-      list_clones(partition, *replica);
+      if (replica->goes_far()) {
+        unlist_left_clones(partition, *replica);
+        partition.far_replicas.push_back(replica->id);
+      } else {
+        list_clones(partition, *replica);
+      }
     }
   }
 }
@@ -138,6 +146,17 @@ void take_replicas(Partition& partition, std::vector<Exchange>& inbox, const Par
   }
   // In any order: each changes the replica of one body, and what it says of sectors adds up.
   for (const Exchange& message : inbox) take_updates(partition, message.replicas, parallel);
+}
+
+void list_far_clones(Partition& partition) {
+  std::vector<BodyId>& ids = partition.far_replicas;
+  std::ranges::sort(ids);
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  for (const BodyId id : ids) {
+    const auto found = partition.replicas.find(id);
+    if (found != partition.replicas.end()) list_clones(partition, *found->second);
+  }
+  ids.clear();
 }
 
 }  // namespace tessera

@@ -15,4 +15,7 @@ void tell_of_replicas(Partition& partition, std::vector<Exchange>& outbox, const
 // Brings the replicas up to date with what all servers told, this one included.
 void take_replicas(Partition& partition, std::vector<Exchange>& inbox, const ParallelFor& parallel = {});
 
+// Those of bodies that go far (Replica::goes_far()) get their clones, once it is known who lives where.
+void list_far_clones(Partition& partition);
+
 }  // namespace tessera

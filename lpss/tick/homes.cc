@@ -64,7 +64,6 @@ HomeChange taken_out(Partition& partition, HomeBody& body) {
   HomeChange change{{}, body.sector->index, body.known_everywhere};
   Handover& handover = change.handover;
   handover.replicated_in = body.replicated_in;
-  handover.known_everywhere = is_everywhere(body);
   handover.wrench = body.sector->world->total_wrench(body.slot);
   handover.surge = body.sector->world->surge(body.slot);
   handover.jointed = body.jointed;
@@ -102,6 +101,8 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
     handover.replicated_in = partition.rules.sectors_to_tell(
         partition, swept, Eigen::Vector3d(record.state.linear_velocity.data()), handover.surge,
         record.properties.motion);
+    handover.known_everywhere =
+        is_everywhere(handover.jointed, record.properties.motion, handover.replicated_in);
     announce(
         outbox, record.properties,
         {record.id, record.home, goes_on_to(partition, record).value_or(record.home), handover.replicated_in,

@@ -26,6 +26,15 @@ void carry_out(const Teleport& jump, double sector_size, BodyRecord& record) {
   Eigen::Map<Eigen::Vector3d>(record.state.position.data()) = place->local;
 }
 
+// Whether a body that jumps lands in its sector, and would have stayed there; the same at all who know it.
+bool stays_home(const Partition& partition, const Teleport& jump) {
+  if (const auto body = partition.bodies.find(jump.id); body != partition.bodies.end())
+    return body->second->sector->index == jump.home && !body->second->next_home;
+  const auto replica = partition.replicas.find(jump.id);
+  return replica != partition.replicas.end() && replica->second->home == jump.home &&
+         replica->second->next_home == jump.home;
+}
+
 void move_static(Partition& partition, const Teleport& jump) {
   BodyRecord moved = *partition.statics.find(jump.id);
   carry_out(jump, partition.sector_size(), moved);
@@ -71,13 +80,22 @@ BodyRecord Landings::record(const Partition& partition, const HomeBody& body) co
 std::vector<HomeChange> Landings::carry_out_all(Partition& partition) const {
   std::vector<HomeChange> changes;
   for (const auto& [id, jump] : jumps_) {
-    lift_clones(partition, id);
-    forget_moves(partition, id);
+    const bool stays = jump.keeps_contacts && stays_home(partition, jump);
+    if (!stays) {
+      lift_clones(partition, id);
+      forget_moves(partition, id);
+    }
     const auto found = partition.bodies.find(id);
     if (found == partition.bodies.end()) continue;
     HomeBody& body = *found->second;
     wake_touching(partition, *body.sector, body.slot);
     const BodyRecord landed = record(partition, body);
+    if (stays) {
+      body.sector->world->set_state(body.slot, landed.state);
+      mark_dirty(body);
+      activate(partition, *body.sector);
+      continue;
+    }
     // The state as the engine rounds it: clones have to be where the body will be, to the bit.
     body.sector->world->set_state(body.slot, landed.state);
     HomeChange change = taken_out(partition, body);

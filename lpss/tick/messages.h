@@ -10,6 +10,8 @@
 //   step: as arrays of numbers.
 // - Motions: how bodies at seams move, before each stage in which others have them.
 // - Solution: the new velocities, back to the owners. Integration follows.
+// - Asks, Answers, Acts: what programs ask of the world, what they are told, and what they do; only where
+//   there are programs.
 #pragma once
 
 #include <array>
@@ -24,13 +26,16 @@
 
 #include "lpss/engine/engine.h"
 #include "lpss/model/body.h"
+#include "lpss/model/command.h"
 #include "lpss/model/contact_phase.h"
 #include "lpss/model/joint.h"
 #include "lpss/partition/body_joints.h"
+#include "lpss/partition/contact_patch.h"
 #include "lpss/partition/island_part.h"
 #include "lpss/partition/moved_sector.h"
 #include "lpss/partition/replicas.h"
 #include "lpss/partition/world_state.h"
+#include "lpss/programs/senses.h"
 
 namespace tessera {
 
@@ -58,6 +63,7 @@ struct ManifoldTransfer {
   SectorIndex to;
   bool was_touching = false;  // so that the contact does not begin again
   ManifoldState manifold;
+  bool is_overlap = false;  // no contact: `a` has a trigger, and `b` is in it
 };
 
 struct Exchange {
@@ -66,7 +72,8 @@ struct Exchange {
   std::vector<BodyId> gone;  // no clone of these is needed any longer
   std::vector<Handover> handovers;
   std::vector<ManifoldTransfer> manifolds;
-  bool quiet = false;  // nothing of the sender's moves, and nothing in here changes that
+  bool quiet = false;         // nothing of the sender's moves, and nothing in here changes that
+  bool has_programs = false;  // the sender hosts some
 
   bool empty() const {
     return introductions.empty() && replicas.empty() && gone.empty() && handovers.empty() &&
@@ -98,8 +105,9 @@ struct JointHost {
 
 // What all servers agree on before they go on (agreement.h).
 struct Agreement {
-  bool quiet = true;     // nothing of anybody's moves
-  bool goes_on = false;  // somebody has something for others in the next round
+  bool quiet = true;          // nothing of anybody's moves
+  bool goes_on = false;       // somebody has something for others in the next round
+  bool has_programs = false;  // somebody hosts some
   std::vector<Call> calls;
   std::vector<JointEnd> joint_ends;  // whose other ends have not been met
   std::vector<JointHost> joint_hosts;
@@ -167,113 +175,43 @@ struct Solution {
   std::vector<SolvedIsland> islands;
   // Of bodies that diverged: the joint whose error is largest.
   std::vector<std::pair<BodyId, JointId>> blamed;
+  std::vector<std::pair<JointId, JointLoads>> joint_loads;  // of joints that were shipped
 };
 
-// What a client asked for, in the order that the sequencer gave it. Positions are those of the centre frame,
-// canonical.
-struct SpawnBody {
-  BodyRecord record;
-};
-struct RemoveBody {
-  BodyId id;
-  std::optional<ShapeId> last_of = {};  // a shape that no other body has, which is forgotten
-};
-struct SetVelocity {
-  BodyId id;
-  std::array<double, 3> linear{};
-  std::array<double, 3> angular{};
-};
-struct ApplyImpulse {
-  BodyId id;
-  std::array<double, 3> impulse{};  // N s
-  std::array<double, 3> lever{};    // m, from the centre of mass, world axes
-};
-// For one tick.
-struct ApplyForce {
-  BodyId id;
-  Wrench wrench;
-};
-// At once, without passing the way between; velocities are set too, but for those that are kept. With
-// `keeps_rotation` the position is that of the body frame, since where the centre of mass comes to depends on
-// how the body is turned.
-struct Teleport {
-  BodyId id;
-  SectorIndex home;
-  BodyState state;
-  bool keeps_rotation = false;
-  bool keeps_linear_velocity = false;
-  bool keeps_angular_velocity = false;
-};
-// A kinematic body moves so that it arrives there at the end of this tick; `keeps_rotation` as of a Teleport.
-struct KinematicTarget {
-  BodyId id;
-  SectorIndex home;
-  BodyState state;
-  bool keeps_rotation = false;
+// Those that servers may have to answer which do not host the program.
+struct ProgramAsks {
+  bool anybody_asks = false;  // the sender has some, for whomever
+  bool has_strays = false;    // it hosts bodies that may be anywhere: Queries::look_for_strays()
+  std::vector<ProgramAsk> asks;
 };
 
-// Of the surface of any body, in the body frame: see Surface. What touches it wakes.
-struct SetSurfaceMotion {
-  BodyId id;
-  std::array<double, 3> velocity{};  // m/s
-  std::array<double, 3> running{};
+struct ProgramAnswers {
+  std::vector<ProgramFinding> findings;
 };
 
-// From this tick on, the body has these properties: set_properties(). Of the same shape, centre frame and
-// assembly; static if it is, and dynamic if it is the child of a joint.
-struct SetProperties {
-  BodyId id;
-  BodyProperties properties;
+// What a program does at the beginning of the next tick.
+struct ProgramAct {
+  BodyId by;
+  std::uint8_t program = 0;  // its place on the body
+  Command command;
 };
 
-// Every dynamic body whose centre of mass is nearer than `radius` (m) to `centre` (m, from the centre of
-// `sector`) and whose category meets `mask` gets an impulse at its centre of mass, away from `centre`: of
-// `impulse` (N s; negative: towards it) where it is near, and the less the farther it is, down to 0 at the
-// radius. Bodies that commands before this one teleport are where they land. A body in the very centre gets
-// none, nor does one that ended the last tick more than a sector outside of its home, as at most those do
-// that were stopped short on a way of several sectors a tick.
-struct ApplyRadialImpulse {
-  SectorIndex sector;
-  std::array<double, 3> centre{};
-  double radius = 0;
-  double impulse = 0;
-  std::uint32_t mask = 0xffffffff;
+struct ProgramActs {
+  std::vector<ProgramAct> acts;  // in the order of (by, program), and as the program gave them
 };
 
-// A joint between bodies of any two sectors.
-struct AddJoint {
-  JointRecord record;
-  std::vector<JointTie> leaders = {};  // of those that its axes follow
-};
-struct RemoveJoint {
-  JointId id;
-};
-struct SetDrives {
-  JointId id;
-  JointDrives drives;
-};
+using RoundMessage = std::variant<Agreement, Transfer, Exchange, std::shared_ptr<const Seams>, Shipment,
+                                  Motions, Solution, ProgramAsks, ProgramAnswers, ProgramActs>;
 
-using Command =
-    std::variant<SpawnBody, RemoveBody, SetVelocity, ApplyImpulse, ApplyForce, Teleport, KinematicTarget,
-                 AddJoint, RemoveJoint, SetDrives, SetSurfaceMotion, SetProperties, ApplyRadialImpulse>;
-
-using RoundMessage =
-    std::variant<Agreement, Transfer, Exchange, std::shared_ptr<const Seams>, Shipment, Motions, Solution>;
-
-// A patch of contact of two bodies, points that share a normal, reported once, by the sector that detected
+// An event of a trigger of `a` (lpss/tick/triggers.h), of which nothing after the ids is set; or a contact:
+// a patch of contact of two bodies, points that share a normal, reported once, by the sector that detected
 // it. The phase is that of the pair, whose patches come in one order; its end is one event without a patch.
-struct ContactEvent {
+struct ContactEvent : ContactPatch {  // not set for kEnd
   Tick tick = 0;
   ContactPhase phase = ContactPhase::kBegin;
-  BodyId a;  // a < b
+  bool trigger = false;
+  BodyId a;  // a < b, but for events of triggers
   BodyId b;
-  // Not set for kEnd. The deepest point, on b; of those that are as deep to 0.1 mm, always the same one.
-  WorldPosition position;
-  std::array<double, 3> normal{};     // on b, pointing to a
-  double impulse = 0;                 // N s, on a along the normal, of all points
-  std::array<double, 3> friction{};   // N s, on a, in the world's axes
-  double depth = 0;                   // m, > 0 where the bodies overlap
-  std::vector<TouchingPoint> points;  // relative to `position`
 };
 
 }  // namespace tessera

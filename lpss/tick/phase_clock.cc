@@ -5,7 +5,7 @@ namespace tessera {
 const char* name_of(TickPhase phase) {
   constexpr std::array<const char*, kTickPhases> kNames = {"sectorization", "seam search", "exchange",
                                                            "cloning",       "detection",   "islands",
-                                                           "solving",       "integration"};
+                                                           "solving",       "integration", "programs"};
   return kNames.at(static_cast<std::size_t>(phase));
 }
 

@@ -24,8 +24,9 @@ enum class TickPhase : std::uint8_t {
   kIslands,  // connected bodies in sectors and across borders, who solves them, and what the solver is given
   kSolving,  // islands, whole or in parts that agree pass by pass
   kIntegration,  // velocities become motion; contact events; what is at rest leaves the list
+  kPrograms,     // they ask, are answered, decide and act
 };
-inline constexpr std::size_t kTickPhases = 8;
+inline constexpr std::size_t kTickPhases = 9;
 
 // "sectorization", "seam search", ...
 const char* name_of(TickPhase phase);

@@ -24,12 +24,16 @@ enum class RoundKind : std::uint8_t {
   kSeams,
   kShipment,
   kMotions,
-  kSolution
+  kSolution,
+  kAsks,
+  kAnswers,
+  kActs
 };
 
 // By the places of their messages in RoundMessage.
 inline constexpr std::array<const char*, std::variant_size_v<RoundMessage>> kRoundNames = {
-    "agreement", "transfer", "exchange", "seams", "shipment", "motions", "solution"};
+    "agreement", "transfer", "exchange", "seams",   "shipment",
+    "motions",   "solution", "asks",     "answers", "acts"};
 
 // What was sent or received in the rounds of one kind.
 struct RoundTraffic {

@@ -4,6 +4,7 @@
 
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/packing.h"
+#include "lpss/tick/programs.h"
 
 namespace tessera {
 namespace {
@@ -43,7 +44,7 @@ void retire_sectors(Partition& partition) {
   std::erase_if(partition.active, [&](Sector* sector) {
     const bool dirty = std::any_of(sector->attended.begin(), sector->attended.end(),
                                    [](const HomeBody* body) { return body->dirty || body->next_home; });
-    sector->active = dirty || (sector->world && anything_awake(*sector));
+    sector->active = dirty || (sector->world && anything_awake(*sector)) || awaits_programs(*sector);
     if (!sector->active) {
       rest(*sector);
       note_rest(partition, *sector);

@@ -54,6 +54,15 @@ void JobQueue::run(double share) {
   next_ = end;
 }
 
+const JointLoads& JobQueue::loads(std::size_t job, JointId id) const {
+  static const JointLoads kNone;
+  const auto& [solved_job, solved] = jobs_[job];
+  if (solved.joint_loads.empty()) return kNone;
+  const std::vector<IslandJoint>& joints = solved_job.task.joints;
+  return solved.joint_loads[static_cast<std::size_t>(
+      std::ranges::lower_bound(joints, id, {}, &IslandJoint::id) - joints.begin())];
+}
+
 ShippedIslands::ShippedIslands(IslandPlan& plan, const std::vector<Shipment>& inbox, JobQueue& queue)
     : servers_(inbox.size()), queue_(queue) {
   absl::flat_hash_map<BodyId, std::vector<std::pair<Rank, const ShippedIsland*>>> shipped;
@@ -70,7 +79,7 @@ ShippedIslands::ShippedIslands(IslandPlan& plan, const std::vector<Shipment>& in
       for (const JointRecord& joint : island->joints) pending.builder.add_joint(joint);
       bodies += island->bodies.size();
       pairs += island->pairs.size();
-      parcels_.push_back({rank, island->island, jobs.size(), bodies, pairs});
+      parcels_.push_back({rank, island->island, jobs.size(), bodies, pairs, island});
     }
     pending.builder.end_island();
     jobs.push_back(pending.builder.build());
@@ -94,6 +103,8 @@ std::vector<Solution> ShippedIslands::solutions() const {
         {parcel.island,
          until(solved.bodies, solved.body_ends, is_first ? 0 : parcels_[n - 1].bodies_end, parcel.bodies_end),
          until(solved.pairs, solved.pair_ends, is_first ? 0 : parcels_[n - 1].pairs_end, parcel.pairs_end)});
+    for (const JointRecord& joint : parcel.shipped->joints)
+      outbox[parcel.from].joint_loads.emplace_back(joint.id, queue_.loads(parcel.job, joint.id));
   }
   for (const auto& [body, joint] : queue_.blamed()) {
     for (Solution& solution : outbox) {

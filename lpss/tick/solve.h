@@ -49,6 +49,19 @@ class JobQueue {
   // Of the bodies that diverged so far.
   const BlamedJoints& blamed() const { return blamed_; }
 
+  // Of a job that has been solved: what its joint with this id gave and bore, which lives in it. The job is
+  // one island.
+  const JointLoads& loads(std::size_t job, JointId id) const;
+
+  // Calls visit(JointId, JointLoads) for the joints of all jobs, which have been solved.
+  template <typename Visit>
+  void for_each_joint(Visit&& visit) const {
+    for (const auto& [job, solved] : jobs_) {
+      for (std::size_t n = 0; n < solved.joint_loads.size(); ++n)
+        visit(job.task.joints[n].id, solved.joint_loads[n]);
+    }
+  }
+
  private:
   struct Job {
     SolveJob job;
@@ -82,6 +95,7 @@ class ShippedIslands {
     std::size_t job = 0;
     std::size_t bodies_end = 0;  // of its bodies among those of the job that were shipped
     std::size_t pairs_end = 0;
+    const ShippedIsland* shipped = nullptr;
   };
 
   std::size_t servers_;

@@ -46,6 +46,7 @@ void TestWorld::exchange() {
   for (Rank rank = 0; rank < servers(); ++rank) {
     std::vector<Exchange> inbox = received(outboxes, rank);
     take_replicas(*partitions_[rank], inbox);
+    list_far_clones(*partitions_[rank]);
     update_clones(*partitions_[rank], {});
   }
 }

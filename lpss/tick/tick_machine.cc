@@ -4,6 +4,7 @@
 #include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "lpss/base/invariant.h"
@@ -25,6 +26,7 @@
 #include "lpss/tick/ship.h"
 #include "lpss/tick/sleep.h"
 #include "lpss/tick/transfer.h"
+#include "lpss/tick/triggers.h"
 
 namespace tessera {
 namespace {
@@ -96,7 +98,7 @@ std::map<Rank, RoundMessage> as_messages(std::map<Rank, Seams> news) {
 }
 
 void drop_empty_sectors(Partition& partition, Vacated& vacated) {
-  for (Sector* sector : std::vector<Sector*>(partition.active)) drop_if_empty(partition, *sector, vacated);
+  std::erase_if(partition.active, [&](Sector* sector) { return drop_if_empty(partition, *sector, vacated); });
   std::sort(partition.active.begin(), partition.active.end(),
             [](const Sector* a, const Sector* b) { return a->index < b->index; });
 }
@@ -117,6 +119,7 @@ TickMachine::TickMachine(Partition& partition, Options options)
       parallel_(std::move(options.parallel)),
       clock_(std::move(options.time)),
       solvers_(partition.engine),
+      queries_(partition),
       tick_(options.tick) {}
 
 Round TickMachine::round(RoundKind kind, std::uint32_t repetition) {
@@ -149,6 +152,7 @@ std::optional<Round> TickMachine::act_on_agreement() {
     rest();
     return std::nullopt;
   }
+  has_programs_ = agreed.has_programs;
   for (const JointHost& joint : agreed.joint_hosts) joint_hosts_.emplace(joint.body, joint.host);
   return linked_round(RoundKind::kExchange, agreed.calls);
 }
@@ -192,7 +196,8 @@ std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) 
   between_ticks_ = false;
   agreements_ = 0;
   links_.forget_old(tick_);
-  context_.commands.assign(commands.begin(), commands.end());
+  context_.commands = std::exchange(partition_.acts, {});
+  context_.commands.insert(context_.commands.end(), commands.begin(), commands.end());
   std::optional<SectorMap> map = shuffled_map(partition_, tick_);
   return map ? transfer_round({*std::move(map), partition_.self}) : exchange_round();
 }
@@ -227,6 +232,7 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
       if (by_links()) return seams_round(std::move(received));
       partition_.at_rest =
           std::all_of(received.begin(), received.end(), [](const Exchange& e) { return e.quiet; });
+      has_programs_ = std::ranges::any_of(received, &Exchange::has_programs);
       if (!partition_.at_rest) return seams_round(std::move(received));
       rest();
       return std::nullopt;
@@ -247,7 +253,27 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
       staged_->take(messages<Motions>(inbox));
       return go_on_solving();
     case RoundKind::kSolution:
-      end_tick(messages<Solution>(inbox));
+      return integrate_round(messages<Solution>(inbox));
+    case RoundKind::kAsks: {
+      clock_.enter(TickPhase::kPrograms);
+      if (programs_->take(messages<ProgramAsks>(inbox))) {
+        Round again = round(RoundKind::kAsks, 1);
+        address(again, programs_->ask_everybody());
+        again.from.flip();
+        return again;
+      }
+      if (!programs_->are_asked()) return run_programs({});
+      Round result = round(RoundKind::kAnswers);
+      address(result, programs_->answer());
+      result.from.flip();
+      return result;
+    }
+    case RoundKind::kAnswers:
+      return run_programs(messages<ProgramAnswers>(inbox));
+    case RoundKind::kActs:
+      clock_.enter(TickPhase::kPrograms);
+      partition_.acts = collected_acts(messages<ProgramActs>(inbox));
+      end_tick();
       return std::nullopt;
   }
   invariant(false, "a tick advances after it has begun");
@@ -276,6 +302,8 @@ std::optional<Round> TickMachine::transfer_round(MapChange change) {
 std::optional<Round> TickMachine::exchange_round() {
   std::vector<Exchange> outbox(partition_.map.servers());
   clock_.enter(TickPhase::kSectorization);
+  // Also where all of them are about to leave for others.
+  bool has_programs = partition_.programmed_count > 0;
   std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, context_.stopped);
   foresee_drives(partition_);
   send_contact_points(partition_, outbox);
@@ -289,13 +317,18 @@ std::optional<Round> TickMachine::exchange_round() {
   clock_.enter(TickPhase::kExchange);
   tell_of_replicas(partition_, outbox, parallel_);
   const bool quiet = partition_.active.empty() && context_.commands.empty();
+  has_programs |= partition_.programmed_count > 0;
   if (by_links()) {
     joint_hosts_.clear();
-    Agreement said{.quiet = quiet, .joint_ends = joint_ends(partition_, outbox)};
+    Agreement said{
+        .quiet = quiet, .has_programs = has_programs, .joint_ends = joint_ends(partition_, outbox)};
     pending_ = worth_sending(std::move(outbox));
     return agree(std::move(said), RoundKind::kExchange);
   }
-  for (Exchange& message : outbox) message.quiet = quiet;
+  for (Exchange& message : outbox) {
+    message.quiet = quiet;
+    message.has_programs = has_programs;
+  }
 
   Round result = round(RoundKind::kExchange);
   address(result, std::move(outbox));
@@ -308,6 +341,7 @@ Round TickMachine::seams_round(std::vector<Exchange> inbox) {
   take_replicas(partition_, inbox, parallel_);
   clock_.enter(TickPhase::kSectorization);
   take_homes(partition_, inbox);
+  list_far_clones(partition_);
   drop_empty_sectors(partition_, context_.vacated);
 
   clock_.enter(TickPhase::kCloning);
@@ -317,6 +351,8 @@ Round TickMachine::seams_round(std::vector<Exchange> inbox) {
 
   clock_.enter(TickPhase::kDetection);
   context_.stepped = detect(partition_, parallel_);
+  context_.trigger_events =
+      look_at_triggers(partition_, tick_, context_.vacated, parallel_, context_.changed_triggers);
 
   clock_.enter(TickPhase::kIslands);
   Seams found = find_components(partition_, parallel_, context_.vacated);
@@ -379,6 +415,7 @@ Round TickMachine::solution_round() {
   queue_->finish();
   std::vector<Solution> solutions = shipped_->solutions();
   context_.blamed = queue_->blamed();
+  queue_->for_each_joint([this](JointId id, const JointLoads& loads) { note_loads(id, loads); });
   Round result = round(RoundKind::kSolution);
   for (Rank rank = 0; rank < solutions.size(); ++rank) {
     const bool self = rank == partition_.self;
@@ -407,14 +444,48 @@ void TickMachine::work_while_waiting() {
 void TickMachine::take(const Solution& solution) {
   take_solution(context_.plan, solution);
   for (const auto& [body, joint] : solution.blamed) context_.blamed[body] = joint;
+  for (const auto& [joint, loads] : solution.joint_loads) note_loads(joint, loads);
 }
 
-void TickMachine::end_tick(const std::vector<Solution>& inbox) {
+// Of a joint that may live elsewhere.
+void TickMachine::note_loads(JointId joint, const JointLoads& loads) {
+  if (JointRecord* const record = partition_.joints.record(joint)) record->loads = loads;
+}
+
+std::optional<Round> TickMachine::integrate_round(const std::vector<Solution>& inbox) {
   clock_.enter(TickPhase::kIntegration);
   for (const Solution& solution : inbox) take(solution);
   context_.events = gather_events(partition_, tick_, context_.stepped, context_.vacated, parallel_);
+  std::move(context_.trigger_events.begin(), context_.trigger_events.end(),
+            std::back_inserter(context_.events));
   const std::vector<Stopped> stopped = integrate(partition_, context_.stepped, parallel_);
   context_.stopped.insert(context_.stopped.end(), stopped.begin(), stopped.end());
+  if (!has_programs_) {
+    end_tick();
+    return std::nullopt;
+  }
+  clock_.enter(TickPhase::kPrograms);
+  programs_.emplace(partition_, queries_, tick_, parallel_);
+  Round result = round(RoundKind::kAsks);
+  address(result, programs_->ask());
+  result.from.flip();
+  return result;
+}
+
+std::optional<Round> TickMachine::run_programs(const std::vector<ProgramAnswers>& inbox) {
+  clock_.enter(TickPhase::kPrograms);
+  ProgramActs acts = programs_->run(inbox);
+  context_.counts.programs = programs_->instances();
+  programs_.reset();
+  append_wakes(context_.changed_triggers, acts);
+  Round result = round(RoundKind::kActs);
+  for (auto& message : result.to) message = acts;
+  result.from.flip();
+  return result;
+}
+
+void TickMachine::end_tick() {
+  clock_.enter(TickPhase::kIntegration);
   note_divergences();
   count(partition_, context_.stepped, parallel_, context_.counts);
   if (tick_ % kTicksPerLookAhead == 0) look_ahead_for_ground(partition_);

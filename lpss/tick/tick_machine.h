@@ -18,6 +18,7 @@
 #include "lpss/tick/links.h"
 #include "lpss/tick/parallel.h"
 #include "lpss/tick/phase_clock.h"
+#include "lpss/tick/programs.h"
 #include "lpss/tick/round.h"
 #include "lpss/tick/solve.h"
 #include "lpss/tick/staged.h"
@@ -85,7 +86,10 @@ class TickMachine {
   Round go_on_solving();
   Round solution_round();
   void take(const Solution& solution);
-  void end_tick(const std::vector<Solution>& inbox);
+  void note_loads(JointId joint, const JointLoads& loads);
+  std::optional<Round> integrate_round(const std::vector<Solution>& inbox);
+  std::optional<Round> run_programs(const std::vector<ProgramAnswers>& inbox);
+  void end_tick();
   void note_divergences();
   void rest();
 
@@ -104,6 +108,7 @@ class TickMachine {
   ParallelFor parallel_;
   PhaseClock clock_;
   SolverPool solvers_;
+  Queries queries_;  // of programs
   Tick tick_ = 0;
   bool between_ticks_ = true;
   RoundKind awaited_ = RoundKind::kIdle;
@@ -127,6 +132,9 @@ class TickMachine {
   std::optional<ShippedIslands> shipped_;
   std::optional<StagedSolve> staged_;
   std::vector<std::unique_ptr<StagedSolver>> staged_solvers_;
+
+  bool has_programs_ = false;  // somebody hosts some, in this tick
+  std::optional<ProgramPhase> programs_;
 };
 
 }  // namespace tessera

@@ -27,8 +27,8 @@ void read_file(std::string_view bytes) {
 void go_on(fuzz::SnapshotChunks given) {
   for (v1::SnapshotChunk& chunk : *given.mutable_all()) {
     if (!chunk.has_head()) continue;
-    chunk.mutable_head()->set_version(kSnapshotVersion);
-    chunk.mutable_head()->set_layout(wire_layout());
+    chunk.mutable_head()->set_version(kStoredVersion);
+    chunk.mutable_head()->set_layout(stored_layout());
     chunk.mutable_head()->set_arithmetic(arithmetic_fingerprint());
   }
   const std::vector<v1::SnapshotChunk> chunks(given.all().begin(), given.all().end());

@@ -222,7 +222,10 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("globe", 600),
       from_file("machines", 180),
       from_file("seam", 180),
+      from_file("station", 300),
+      from_file("town", 60),
       from_file("tower", 180),
+      from_file("zones", 180),
       made("tower_over_seams", 240,
            [] {
              return tower_world(sectors_of(4), 10, {0, 0, -1});

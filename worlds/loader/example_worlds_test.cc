@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -58,6 +59,15 @@ TEST(OwnWorlds, AllModelsLoad) {
   for (const auto& entry : std::filesystem::directory_iterator(kWorlds / "models")) {
     EXPECT_THAT(load_example(entry.path()).notices, IsEmpty()) << entry.path();
   }
+}
+
+TEST(OwnWorlds, Zones) {
+  const LoadedWorld loaded = load_example(kWorlds / "zones.sdf");
+  EXPECT_EQ(dynamic_bodies(loaded), 2u);
+  EXPECT_EQ(std::ranges::count_if(loaded.world.bodies,
+                                  [](const BodyDescription& body) { return body.properties.trigger; }),
+            1);
+  EXPECT_EQ(std::ranges::count_if(loaded.world.shapes, has_triggers), 1);
 }
 
 TEST(OwnWorlds, Falling) { EXPECT_EQ(dynamic_bodies(load_example(kWorlds / "falling.sdf")), 10u); }

@@ -26,6 +26,7 @@
 #include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
 #include "worlds/loader/given_geometry.h"
+#include "worlds/loader/surface_reader.h"
 
 namespace tessera {
 namespace {
@@ -261,6 +262,7 @@ absl::StatusOr<im::Inertiald> inertia_of_collisions(const sdf::Link& link, MeshL
   std::optional<im::Inertiald> sum;
   for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
     const sdf::Collision& collision = *link.CollisionByIndex(n);
+    if (is_trigger(collision)) continue;
     const absl::StatusOr<std::optional<im::Inertiald>> of_shape =
         inertia_of(*collision.Geom(), density_of(collision), meshes);
     if (!of_shape.ok()) return of_shape.status();

@@ -21,6 +21,7 @@
 #include "worlds/loader/joint_reader.h"
 #include "worlds/loader/left_out.h"
 #include "worlds/loader/merge.h"
+#include "worlds/loader/program_reader.h"
 #include "worlds/loader/repairs.h"
 #include "worlds/loader/sdf_masses.h"
 #include "worlds/loader/sdf_parser.h"
@@ -49,8 +50,9 @@ constexpr std::array<absl::string_view, 7> kKnownGeometries = {"box",       "sph
 constexpr std::array<absl::string_view, 9> kJointTypes = {
     "ball", "continuous", "fixed", "gearbox", "prismatic", "revolute", "revolute2", "screw", "universal"};
 // Elements of our own, in place of what libsdformat does not support.
-constexpr std::array<absl::string_view, 6> kKept = {
-    "tessera:auto_inertia", "tessera:density", kKeptDrives, kKeptMimic, kKeptThreadPitch, kSurfaceMotion};
+constexpr std::array<absl::string_view, 8> kKept = {
+    "tessera:auto_inertia", "tessera:density", kKeptDrives, kKeptMimic,
+    kKeptThreadPitch,       kSurfaceMotion,    kTrigger,    kProgram};
 // libsdformat would accept any number, even NaN; here the error can still name the line.
 constexpr std::array<absl::string_view, 18> kNumbers = {"mass",         "ixx",
                                                         "ixy",          "ixz",
@@ -316,7 +318,9 @@ absl::Status ModelSources::clean(Element& element, const path& directory, Includ
     rename_collisions(element, notices);
     keep_auto_inertia(element);
     if (absl::Status status = keep_surface_motion(element); !status.ok()) return status;
+    if (absl::Status status = keep_programs(element); !status.ok()) return status;
   }
+  if (absl::Status status = keep_trigger(element); !status.ok()) return status;
   if (xml::is(element, "geometry")) {
     for (Element* shape = element.FirstChildElement(); shape != nullptr; shape = shape->NextSiblingElement())
       repair_sizes(*shape, notices);

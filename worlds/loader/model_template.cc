@@ -230,6 +230,7 @@ class Reader {
     if (moves) {
       if (absl::Status status = read_inertia(link, properties); !status.ok()) return status;
     }
+    entry.programs = programs_of(link);
     places_[name] = result_.links.size();
     result_.links.push_back(std::move(entry));
     return absl::OkStatus();

@@ -16,6 +16,7 @@
 #include "worlds/loader/collision_shape.h"
 #include "worlds/loader/joint_followers.h"
 #include "worlds/loader/notices.h"
+#include "worlds/loader/program_reader.h"
 #include "worlds/loader/shape_table.h"
 
 namespace tessera {
@@ -24,6 +25,7 @@ struct LinkTemplate {
   std::string name;           // "link", "nested::link"
   Pose pose;                  // in the model's frame
   BodyProperties properties;  // assembly: 1 for the links that do not collide with each other
+  std::vector<ProgramTemplate> programs = {};
 };
 
 struct JointTemplate {

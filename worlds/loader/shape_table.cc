@@ -48,6 +48,7 @@ class Bytes {
   void operator()(const PartMaterial& material) {
     both(material.friction, material.restitution);
     both(material.category, material.mask);
+    (*this)(material.trigger);
     const Surface& own = material.surface;
     (*this)(Eigen::Vector3d(own.direction.data()));
     both(own.second_friction, own.torsional_friction);

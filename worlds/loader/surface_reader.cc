@@ -94,10 +94,32 @@ PartMaterial material_of(const sdf::Collision& collision, const TurnOfFrame& tur
   find_value(element, {"surface", "contact", "category_bitmask"}, category);
   result.mask = mask;
   result.category = category;
+  result.trigger = is_trigger(collision);
   return result;
 }
 
 }  // namespace
+
+absl::Status keep_trigger(xml::Element& element) {
+  xml::Element* const trigger = element.FirstChildElement(kTrigger.data());
+  if (trigger == nullptr) return absl::OkStatus();
+  if (!xml::is(element, "collision")) return xml::invalid(*trigger, "it belongs in a <collision>");
+  if (trigger->NextSiblingElement(kTrigger.data()) != nullptr)
+    return xml::invalid(*trigger, "a collision has one such element");
+  if (trigger->FirstAttribute() != nullptr)
+    return xml::invalid(*trigger, "unknown attribute '", trigger->FirstAttribute()->Name(), "'");
+  const std::string text = xml::text_of(*trigger);
+  const bool says_false = text == "false" || text == "0";
+  if (!says_false && !text.empty() && text != "true" && text != "1")
+    return xml::invalid(*trigger, "'", text, "' must be true or false");
+  trigger->SetText(says_false ? "0" : "1");
+  return absl::OkStatus();
+}
+
+bool is_trigger(const sdf::Collision& collision) {
+  std::string text;
+  return find_value(collision.Element(), {kTrigger.data()}, text) && text == "1";
+}
 
 absl::Status keep_surface_motion(xml::Element& link) {
   xml::Element* const motion = link.FirstChildElement(kSurfaceMotion.data());
@@ -134,7 +156,9 @@ void set_surface(const sdf::Link& link, const std::vector<PartMaterial>& materia
   if (first.surface != Surface{}) properties.surface = first.surface;
   properties.category = 0;
   properties.mask = 0;
+  properties.trigger = true;
   for (const PartMaterial& material : materials) {
+    properties.trigger &= material.trigger;
     properties.category |= material.category;
     properties.mask |= material.mask;
   }

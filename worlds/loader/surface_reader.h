@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <functional>
 #include <optional>
+#include <sdf/Collision.hh>
 #include <sdf/Link.hh>
 #include <string>
 #include <vector>
@@ -20,6 +21,15 @@ namespace tessera {
 // In a <link>, how libsdformat passes on what it says, in numbers.
 inline constexpr absl::string_view kSurfaceMotion = "tessera:surface_motion";
 
+// In a <collision>: it is a trigger. Empty, or true or false.
+inline constexpr absl::string_view kTrigger = "tessera:trigger";
+
+// Checks <tessera:trigger> of an element, which must be a <collision>, and keeps it as 0 or 1,
+// as libsdformat passes on what is true or false.
+absl::Status keep_trigger(xml::Element& element);
+
+bool is_trigger(const sdf::Collision& collision);
+
 // Checks <tessera:surface_motion velocity="x y z" running="x y z"/> of a <link>, and keeps it as numbers.
 absl::Status keep_surface_motion(xml::Element& link);
 
@@ -31,7 +41,7 @@ using TurnOfFrame = std::function<std::optional<Eigen::Quaterniond>(const std::s
 std::vector<PartMaterial> materials_of(const sdf::Link& link, const TurnOfFrame& turn_of, Notices& notices);
 
 // A body has the surface of its first collision, all bits of its collisions, and the motion that the link
-// says.
+// says; it is a trigger if all of them are.
 void set_surface(const sdf::Link& link, const std::vector<PartMaterial>& materials,
                  BodyProperties& properties);
 

@@ -11,6 +11,7 @@
 //   tessera:sector="i j k", attribute or element of <model>, <include> and <frame> of a world or site.
 //   <tessera:velocity linear="x y z" angular="x y z"> in the same <model> and <include>.
 //   <tessera:surface_motion [velocity="x y z"] [running="x y z"]/> in <link>.
+//   <tessera:program kind= .../> in <link>: program_reader.h.
 //   <tessera:drive mode= [target=] [axis=] [stiffness=] [damping=] [velocity=] [effort=]/> in <joint>.
 //   <tessera:heightfield columns= rows= spacing="x y">heights</tessera:heightfield> in <geometry>.
 //   <tessera:ground source= spacing= [radius=] height= wavelength= [octaves=] [seed=] [sea=]/> in <geometry>.

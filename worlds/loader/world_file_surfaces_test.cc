@@ -205,6 +205,26 @@ TEST(Surfaces, AMovingSurface) {
               HasSubstr("rolling friction = -1"));
 }
 
+TEST(Triggers, ACollisionMayBeOne) {
+  const std::string notices =
+      "<collision "
+      "name='near'><geometry><sphere><radius>2</radius></sphere></geometry><tessera:trigger/></collision>";
+  const LoadedWorld whole = load(world(model("m", kStatic, notices)));
+  EXPECT_THAT(whole.notices, IsEmpty());
+  EXPECT_TRUE(properties_of(whole).trigger);
+  const LoadedWorld part = load(world(model("m", "", "<inertial auto='true'/>" + kUnitBox + notices)));
+  const LoadedWorld without = load(world(model("m", "", "<inertial auto='true'/>" + kUnitBox)));
+  EXPECT_FALSE(properties_of(part).trigger);
+  EXPECT_TRUE(has_triggers(part.world.shapes.at(0)));
+  EXPECT_FALSE(has_triggers(without.world.shapes.at(0)));
+  EXPECT_EQ(properties_of(part).mass, properties_of(without).mass);
+  EXPECT_EQ(properties_of(part).inertia, properties_of(without).inertia);
+  EXPECT_THAT(error_of(kUnitBox + "<tessera:trigger/>"), HasSubstr("it belongs in a <collision>"));
+  EXPECT_THAT(error_of("<collision name='near'><geometry><sphere><radius>2</radius></sphere></geometry>"
+                       "<tessera:trigger>maybe</tessera:trigger></collision>"),
+              HasSubstr("'maybe' must be true or false"));
+}
+
 // Outlines.
 
 std::string polyline(const std::string& points, const std::string& height = "<height>2</height>") {

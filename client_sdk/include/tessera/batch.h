@@ -88,6 +88,14 @@ struct ChangedProperties {
   std::optional<std::uint32_t> category = std::nullopt;
   std::optional<std::uint32_t> mask = std::nullopt;
   std::optional<bool> gravity = std::nullopt;
+  std::optional<std::string> user_data = std::nullopt;  // bytes, at most 1024
+  std::optional<std::string> owner = std::nullopt;      // see Batch::owner; empty: nobody in particular
+};
+
+// An input, a parameter or a value of a program.
+struct NamedNumber {
+  std::string name;
+  double value = 0;
 };
 
 // Commands that take effect together, at the beginning of one tick, in their order; or none of them does.
@@ -119,6 +127,12 @@ class CommandList {
   // For the duration of one tick.
   CommandList& apply_force(const BodyName& body, const Eigen::Vector3d& force,
                            const Eigen::Vector3d& torque = Eigen::Vector3d::Zero());
+  // In every tick from now on, in the place of the force that the body had; none: it has none any more.
+  CommandList& set_force(const BodyName& body, const std::optional<LastingForce>& force);
+  // Sets inputs and parameters of a program of a body by their names (docs/programs.md); `program` is its
+  // place on the body. INVALID_ARGUMENT for a body without it, an unknown name and a value out of bounds.
+  CommandList& tell_program(const BodyName& body, const std::vector<NamedNumber>& numbers,
+                            std::uint32_t program = 0);
   // Moves the body frame to `pose`, with these velocities; values that are not given stay the same. Moves
   // this body only: FAILED_PRECONDITION for one that joints hold, unless `alone`, after which joints pull
   // what they hold together: set_state() moves a robot as a whole.
@@ -127,8 +141,11 @@ class CommandList {
                         const std::optional<Eigen::Vector3d>& angular_velocity = std::nullopt,
                         bool alone = false);
   // Places bodies, and what hangs on them: the child of each joint comes to where its parent, which is the
-  // world or is placed here, and the joint's position put it. Only what is named moves.
-  CommandList& set_state(const std::vector<PlacedBody>& bodies, const std::vector<PlacedJoint>& joints = {});
+  // world or is placed here, and the joint's position put it. Only what is named moves. With
+  // `keeps_contacts`, contacts of bodies that stay in their sectors keep their impulses where they still
+  // touch.
+  CommandList& set_state(const std::vector<PlacedBody>& bodies, const std::vector<PlacedJoint>& joints = {},
+                         bool keeps_contacts = false);
   // A kinematic body moves so that it reaches `pose` at the end of the tick, at the velocity that this takes,
   // and then stays there until the next target or velocity.
   CommandList& set_kinematic_target(const BodyName& body, const TargetPose& pose);
@@ -214,16 +231,109 @@ struct Neighbour {
   double distance = 0;  // m, between the surfaces; 0 if they overlap
 };
 
+// The patches in which bodies touch others, as the last tick left them.
+struct ContactsQuery {
+  std::vector<BodyName> bodies;
+  std::string prefix = {};  // also of bodies whose names begin so; empty: none
+  std::uint64_t limit = 0;  // patches; 0: 1000
+};
+
+struct FoundContacts {
+  std::vector<ContactSample> contacts;  // ascending by (a, b); patches of a pair in one order; all kPersist
+  bool truncated = false;               // there are more
+};
+
+struct DistanceQuery {
+  BodyName a;
+  BodyName b;
+  double reach = 0;  // m, up to 4 sectors: up to where the distance is looked for
+};
+
+// Of two bodies that are not beyond the reach.
+struct BodyDistance {
+  // m; < 0 where convex parts of them overlap: how far one would have to move along the normal, at most.
+  double distance = 0;
+  WorldPosition on_a;  // on the surfaces
+  WorldPosition on_b;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of unit length, from b to a
+};
+
+// The joints with these ids, and those whose names begin with `prefix`; without both, all.
+struct JointStatesQuery {
+  std::vector<JointId> ids = {};
+  std::string prefix = {};
+  bool efforts = false;    // whether the result has them
+  bool reactions = false;  // likewise
+};
+
 struct JointValues {
   JointId id;
   std::vector<double> positions;  // by axis, rad or m
   std::vector<double> rates;      // rad/s or m/s
+  // N m or N: what drive, spring, damping, friction and limit gave, together; positive where they push to
+  // larger positions. The mean over the last tick in which the joint was awake.
+  std::vector<double> efforts = {};
+  // With which the joint acts on its child, efforts included, along the axes of the joint frame on the child;
+  // the torque about its origin. Mean likewise. The parent bears the opposite.
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   // N
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // N m
+};
+
+// A point of a body.
+struct BodyPoint {
+  BodyName body;
+  Eigen::Vector3d local = Eigen::Vector3d::Zero();  // m, in the body frame
+};
+
+// The dynamics of an assembly, M(q) a + bias(q, v) = efforts: message DynamicsQuery in proto/query.proto says
+// of what, and names its degrees of freedom.
+struct DynamicsQuery {
+  std::optional<BodyName> body = {};       // a dynamic one of the assembly; or
+  std::optional<JointName> joint = {};     // one of its joints
+  std::vector<double> accelerations = {};  // for which efforts are asked: by degree of freedom, or none
+  std::vector<BodyPoint> points = {};      // whose Jacobians are asked for
+  bool mass_matrix = false;                // whether the result has it
+};
+
+struct Dynamics {
+  BodyId base;                  // the body that floats; 0: it hangs on something
+  std::vector<JointId> joints;  // from the base on
+  std::vector<int> freedoms;    // of each joint, 0 to 3
+  Eigen::VectorXd velocities;   // by degree of freedom
+  Eigen::VectorXd bias;         // efforts without which nothing accelerates: gravity, Coriolis
+  Eigen::VectorXd efforts;      // for the accelerations, if there were any
+  Eigen::MatrixXd mass_matrix;
+  std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> jacobians;  // by point: its velocity, then angular
+};
+
+struct ProgramsQuery {
+  std::vector<BodyId> ids = {};
+  std::string prefix = {};  // of the names of bodies; empty together with no ids: all that have programs
+  std::uint64_t limit = 0;  // programs; 0: 1000
+};
+
+struct FoundProgram {
+  BodyId body;
+  std::string body_name;
+  std::uint32_t program = 0;  // its place on the body
+  std::string kind;
+  std::vector<NamedNumber> parameters;
+  std::vector<NamedNumber> inputs;
+  std::vector<NamedNumber> values;  // its state, as its last run left it
+  std::string fault;                // why it was stopped; empty: it runs
+};
+
+struct FoundPrograms {
+  std::vector<FoundProgram> programs;  // ascending by (body, program)
+  bool truncated = false;              // there are more
 };
 
 struct FoundBody {
   BodyId id;
   std::string name;
   BodyProperties properties;
+  std::string user_data;  // bytes
+  std::string owner;
 };
 
 // Finds the bodies that meet all conditions that are set.
@@ -283,8 +393,13 @@ class QueryList {
   QueryPlace<std::vector<Neighbour>> near(const NearQuery& near);
   // Ascending by id; unknown ids are skipped. Without ids and prefix: of all bodies that are not static.
   QueryPlace<std::vector<BodySample>> states(const std::vector<BodyId>& ids, const std::string& prefix = {});
-  QueryPlace<std::vector<JointValues>> joint_states(const std::vector<JointId>& ids,
-                                                    const std::string& prefix = {});
+  // Likewise. Without ids and prefix: of all joints.
+  QueryPlace<std::vector<JointValues>> joint_states(const JointStatesQuery& query = {});
+  QueryPlace<FoundContacts> contacts(const ContactsQuery& query);
+  // Nothing where they are farther apart than the reach, or one of them is not there.
+  QueryPlace<std::optional<BodyDistance>> distance(const DistanceQuery& query);
+  QueryPlace<Dynamics> dynamics(const DynamicsQuery& query);
+  QueryPlace<FoundPrograms> programs(const ProgramsQuery& query = {});
   // Of the state of the world: 32 hexadecimal digits.
   QueryPlace<std::string> hash();
   QueryPlace<FoundBodies> find_bodies(const BodyQuery& query);
@@ -305,6 +420,9 @@ struct Batch {
   std::uint64_t ticks = 0;  // of a world that is paused
   QueryList queries;        // answered after these ticks; without any, at once, but
   Tick after = 0;           // not before this tick of earlier commands is over, as long as the world runs
+  // If set, commands are limited to bodies of this owner, and what they spawn is the owner's. A client with a
+  // key of role "own" is always limited so, to its own name.
+  std::string owner = {};
 };
 
 class Answers {
@@ -321,7 +439,12 @@ class Answers {
   std::vector<Neighbour> operator[](QueryPlace<std::vector<Neighbour>> place) const;
   std::vector<BodySample> operator[](QueryPlace<std::vector<BodySample>> place) const;
   std::vector<JointValues> operator[](QueryPlace<std::vector<JointValues>> place) const;
+  FoundContacts operator[](QueryPlace<FoundContacts> place) const;
+  std::optional<BodyDistance> operator[](QueryPlace<std::optional<BodyDistance>> place) const;
+  Dynamics operator[](QueryPlace<Dynamics> place) const;
+  FoundPrograms operator[](QueryPlace<FoundPrograms> place) const;
   std::string operator[](QueryPlace<std::string> place) const;
+  std::string program_hash(QueryPlace<std::string> place) const;  // of programs; empty: there are none
   FoundBodies operator[](QueryPlace<FoundBodies> place) const;
   FoundJoints operator[](QueryPlace<FoundJoints> place) const;
   FoundFrames operator[](QueryPlace<FoundFrames> place) const;

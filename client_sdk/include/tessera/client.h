@@ -45,6 +45,10 @@ Shape sphere(double radius);
 Shape capsule(double radius, double length);
 Shape cylinder(double radius, double length);
 
+// The shape as a trigger: it notices what overlaps it, and touches nothing (ContactSample::trigger). It adds
+// neither mass nor inertia. As a part of the shape of a body, or of all of one.
+Shape trigger(Shape shape);
+
 // A dynamic body of uniform density, with the inertia of its shape if that is one box, sphere, capsule,
 // cylinder or ellipsoid, and otherwise that of its bounding sphere.
 NewBody solid(std::string name, Shape shape, double mass, const WorldPosition& position);
@@ -72,7 +76,8 @@ struct AddedJoint {
 
 struct HashAt {
   Tick tick = 0;
-  std::string hash;  // 32 hexadecimal digits
+  std::string hash;           // 32 hexadecimal digits
+  std::string programs = {};  // likewise, of the numbers of all programs; empty: there are none
 };
 
 // The pose of a frame, from its body at one tick. A position that would leave the range of sectors stays
@@ -111,11 +116,28 @@ struct ServerStatus {
   std::uint64_t exchange_bytes = 0;  // sent to other servers so far
   std::uint64_t exchange_messages = 0;
   bool takes_part = false;  // in the world; idle servers do not
-  bool suspect = false;     // does not respond: it has ended or stalled
+  bool suspect = false;     // does not respond to the coordinator, or to a server that waits for it
   bool drained = false;     // is to host nothing
   double own_ms = 0;        // of a tick, lately, without waiting for other servers
   bool slow = false;        // the others wait for it most of each tick
   GroundTiles ground;
+};
+
+// Commands of one request that the world goes on without, though they were acknowledged: they end the servers
+// that carry them out, or need what such commands would have made.
+struct LeftOutCommands {
+  Tick tick = 0;         // at which they would have taken effect
+  std::string commands;  // as JSON, cut off after 1,024 bytes
+  std::string reason;
+};
+
+// A server that a world has gone on without, since others did not hear it.
+struct CutOff {
+  std::uint64_t node = 0;
+  std::string stream_address;
+  std::vector<std::uint64_t> unheard_by;  // servers that waited for it, or that it waited for
+  double seconds = 0;                     // for so long, at most
+  Tick tick = 0;                          // completed then
 };
 
 struct ClusterStatus {
@@ -133,12 +155,15 @@ struct ClusterStatus {
   std::uint64_t map_epoch = 0;
   std::uint64_t moved_sectors = 0;  // to other servers, to share out their work, since the load
   std::uint64_t moved_bodies = 0;
-  std::uint64_t recoveries = 0;      // how often the world went on from a checkpoint, on other servers
-  std::uint64_t joined_servers = 0;  // that have begun to take part while the world ran on
-  std::uint64_t left_servers = 0;    // likewise, that do not take part any more
-  Tick checkpoint_tick = 0;          // of the latest checkpoint
-  std::string store_failure;         // why the store cannot be written at present; empty while it can
-  bool waits_for_store = false;      // the world stands still until it can
+  std::uint64_t recoveries = 0;       // how often the world went on from a checkpoint, on other servers
+  std::uint64_t joined_servers = 0;   // that have begun to take part while the world ran on
+  std::uint64_t left_servers = 0;     // likewise, that do not take part any more
+  std::uint64_t cut_off_servers = 0;  // that the world has gone on without, since others did not hear them
+  std::vector<CutOff> cut_off;        // the last of these
+  Tick checkpoint_tick = 0;           // of the latest checkpoint
+  std::string store_failure;          // why the store cannot be written at present; empty while it can
+  bool waits_for_store = false;       // the world stands still until it can
+  std::vector<LeftOutCommands> left_out;  // since the load, or the start of the coordinator: the last 16
   std::vector<ServerStatus> servers;
   std::string failure;  // why the world ended, in state "failed"
   std::uint64_t coordinator_peak_rss_bytes = 0;

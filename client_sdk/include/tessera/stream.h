@@ -34,8 +34,9 @@ struct BodyFilter {
   std::vector<BodyId> ids;              // empty: all that are not static
   // The region goes with this body: `half_size` about where it is at each tick, whatever its centre is. The
   // body itself is in the stream, too, wherever it goes and while it sleeps. Where it jumps by more than a
-  // quarter of the largest half size, or goes that far in the time of a call, bodies around it may come some
-  // ticks later. NOT_FOUND if there is no such body.
+  // quarter of the largest half size, or opening another stream takes longer than half a second and
+  // as long as it takes for that way, bodies around it may come some ticks later. NOT_FOUND if there is no
+  // such body.
   std::optional<BodyId> follow;
   std::uint32_t every_ticks = 1;  // only ticks that are multiples of this
   bool only_awake = false;
@@ -47,6 +48,11 @@ struct BodyFilter {
   // With a precision, velocities are sent with an error of at most this (m/s and rad/s, 1e-6 to 1000), or,
   // if it is 0, not at all: they are then zero.
   double velocity_precision = 0;
+  // Of all servers together, which share it evenly, in wall time: from 10,000 for each of them. Of what has
+  // changed beyond that, later frames tell, as it is then: first what has waited longest, sooner what is near
+  // the centre of the region. Bodies that change servers may be gone for some frames. While the world is
+  // paused, nothing more is told. 0: no limit. INVALID_ARGUMENT.
+  std::uint64_t bytes_per_second = 0;
 };
 
 struct BodySample {
@@ -64,11 +70,16 @@ struct BodyFrame {
   Tick tick = 0;
   std::vector<BodySample> bodies;  // ascending by id; with BodyFilter::complete all that match
   std::vector<BodyId> gone;        // of earlier frames: removed, or no longer matching the filter; ascending
+  std::uint64_t deferred = 0;  // bodies that have changed and are told later: BodyFilter::bytes_per_second
 };
 
 struct ContactFilter {
   std::vector<BodyId> ids;  // contacts with any of these; empty: all
   bool persisting = false;  // also contacts that neither begin nor end
+  std::uint32_t mask = 0;   // only those with a body of any of these collision categories; 0: all
+  // If not 0: each pair in every tick in which its normal impulses are together at least that, N s, whatever
+  // its phase, and no ends. A body of mass m at rest has m g dt in each tick. INVALID_ARGUMENT below 0.
+  double impulse_min = 0;
 };
 
 struct ContactPointSample {
@@ -78,21 +89,24 @@ struct ContactPointSample {
 };
 
 // A patch of contact: points that share a normal. The phase is that of the pair: one that begins or goes on
-// has a sample for each of its patches, and its end is one sample, without a patch.
+// has a sample for each of its patches, and its end is one sample, without a patch. With `trigger` set, there
+// is no contact: `b` overlaps a trigger of `a`, and nothing else is set.
 struct ContactSample {
   ContactPhase phase = ContactPhase::kBegin;
-  BodyId a;  // a < b
+  BodyId a;  // a < b, but for triggers
   BodyId b;
   WorldPosition position;                              // the deepest point, on b
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // on b, pointing to a
   double impulse = 0;                                  // N s, on a along the normal, of all points
   Eigen::Vector3d friction = Eigen::Vector3d::Zero();  // N s, on a, in the world's axes
   std::vector<ContactPointSample> points;
+  bool trigger = false;
 };
 
 struct ContactFrame {
   Tick tick = 0;
-  std::vector<ContactSample> contacts;  // ascending by (a, b, phase); patches of a pair in one order
+  // Ascending by (a, b, phase), patches of a pair in one order; then those of triggers, likewise.
+  std::vector<ContactSample> contacts;
 };
 
 // Selects what to watch at seams: clones of bodies, and islands across borders.

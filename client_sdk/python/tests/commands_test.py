@@ -180,3 +180,34 @@ def test_a_radial_impulse_pushes_what_is_near(client: tessera.Client) -> None:
     velocities = client.body_states(ids).of(ids).linear_velocities
     assert velocities[:, 0] == pytest.approx([3, 1, 0])  # 5, 15 and 25 m away, 10 kg
     assert velocities[:, 1:] == pytest.approx(np.zeros((3, 2)))
+
+
+def test_a_lasting_force_pushes_until_it_is_changed(client: tessera.Client) -> None:
+    client.set_force("crate_0", (60, 0, 0))
+    client.step(30)
+    client.set_force("crate_0", None)
+    client.step(30)
+    assert client.body_states(prefix="crate_0").linear_velocities[0] == pytest.approx((3, 0, 0), abs=1e-5)
+    client.set_state([tessera.PlacedBody("crate_1", (0, 0, 3), (0, 0, math.sqrt(0.5), math.sqrt(0.5)))])
+    client.set_force("crate_1", (60, 0, 0), body_axes=True)
+    client.step(30)
+    assert client.body_states(prefix="crate_1").linear_velocities[0] == pytest.approx((0, 3, 0), abs=1e-5)
+    with pytest.raises(tessera.errors.InvalidArgument, match="force = inf|must be finite"):
+        client.set_force("crate_0", (math.inf, 0, 0))
+    with pytest.raises(tessera.errors.InvalidArgument, match="must be dynamic"):
+        client.set_force("ground", (1, 0, 0))
+
+
+def test_bodies_have_data_and_owners(client: tessera.Client) -> None:
+    client.spawn(tessera.Body("chest", tessera.box(1, 1, 1), position=(0, 0, 9), user_data=b"gold\x00"))
+    client.set_properties("crate_0", user_data=b"\xff", owner="alice")
+    chest, crate = client.find("chest"), client.find("crate_0")
+    assert (chest.user_data, chest.owner) == (b"gold\x00", "")
+    assert (crate.user_data, crate.owner) == (b"\xff", "alice")
+    mine = client.run([commands.spawn(tessera.Body("mine", tessera.sphere(0.5), position=(0, 0, 20)))], owner="bob")
+    assert client.find("mine").owner == "bob"
+    assert mine.applied.created
+    with pytest.raises(tessera.errors.PermissionDenied, match="body 'crate_0': it is not owned by 'bob'"):
+        client.run([commands.remove("crate_0")], owner="bob")
+    with pytest.raises(tessera.errors.InvalidArgument, match="user data: 1025 bytes must be at most 1024"):
+        client.set_properties("crate_0", user_data=bytes(1025))

@@ -24,6 +24,7 @@ class Server(tessera_pb2_grpc.StreamsServicer):
     def __init__(self, node: int) -> None:
         self.node = node
         self.subscriptions: list[int] = []
+        self.named: list[str] = []  # by headers, as gateways want it
         self._batches: queue.SimpleQueue[tessera_pb2.BodyBatch | grpc.StatusCode | None] = queue.SimpleQueue()
         self._server = grpc.server(ThreadPoolExecutor(2))
         self.address = f"127.0.0.1:{self._server.add_insecure_port('127.0.0.1:0')}"
@@ -34,6 +35,7 @@ class Server(tessera_pb2_grpc.StreamsServicer):
         self, request: tessera_pb2.WatchBodiesRequest, context: grpc.ServicerContext
     ) -> Iterator[tessera_pb2.BodyBatch]:
         self.subscriptions.append(request.subscription)
+        self.named += [value for name, value in context.invocation_metadata() if name == "tessera-server"]
         for batch in iter(self._batches.get, None):
             if isinstance(batch, grpc.StatusCode):
                 context.abort(batch, "too slow")
@@ -58,6 +60,7 @@ class Coordinator:
     def __init__(self) -> None:
         self.answers: list[tessera_pb2.StatusReply | Exception] = []
         self.status: tessera_pb2.StatusReply | Exception = tessera_pb2.StatusReply()
+        self.gateway = ""
 
     def ask(self, timeout: float) -> tessera_pb2.StatusReply:
         answer = self.answers.pop(0) if self.answers else self.status
@@ -73,7 +76,7 @@ class Coordinator:
         status = self.ask(PATIENCE_S)
         request = tessera_pb2.WatchBodiesRequest()
         known = KnownBodies(sector_size=1, complete=True)
-        return stream.Stream("WatchBodies", request, known.take, status, self.ask, Keys(), PATIENCE_S)
+        return stream.Stream("WatchBodies", request, known.take, status, self.ask, lambda: self.gateway, Keys(), PATIENCE_S)
 
 
 @pytest.fixture
@@ -118,6 +121,18 @@ def test_server_that_joins_before_the_stream_is_open_is_found(
         server.tell(1, servers=2)
     with coordinator.watch() as bodies:
         assert bodies.next(PATIENCE_S).ids.tolist() == [1, 2]
+
+
+def test_through_a_gateway_streams_are_opened_there_and_name_the_server(
+    a: Server, coordinator: Coordinator
+) -> None:
+    server = {"stream_address": "127.0.0.1:1", "takes_part": True, "node": 77}
+    coordinator.status = tessera_pb2.StatusReply(state="running", load=1, servers=[server], through_gateway=True)
+    coordinator.gateway = a.address
+    a.tell(1)
+    with coordinator.watch() as bodies:
+        assert bodies.next(PATIENCE_S).tick == 1
+    assert a.named == ["77"]
 
 
 def test_world_is_followed_from_a_server_that_is_lost(a: Server, b: Server, coordinator: Coordinator) -> None:

@@ -102,6 +102,93 @@ def test_a_shape_is_swept_and_leaves_out_what_it_must(client: tessera.Client, cr
     assert [body.name for body in client.near((0, 0, 3), 9, excepting=["ground", crates[2]])] == []
 
 
+def test_contacts_are_those_of_the_last_tick(client: tessera.Client) -> None:
+    world = flat_world(SECTOR)
+    place = tessera.WorldPosition((4.8, 0, 0.5))  # over a border
+    world.add(tessera.Body("crate", tessera.box(1, 1, 1), 10, place))
+    client.load(world, replace=True)
+    assert client.contacts("crate").contacts == []
+    client.step(10)
+    found = client.contacts("crate")
+    assert (found.tick, found.truncated, len(found.contacts)) == (10, False, 1)
+    (contact,) = found.contacts
+    assert contact.impulse == pytest.approx(10 * 9.81 / 60, rel=0.01)
+    assert len(contact.points) == 4
+    assert client.contacts(prefix="gr").contacts == found.contacts
+    client.step(600)  # asleep, and packed
+    assert [one.impulse for one in client.contacts("crate").contacts] == pytest.approx([10 * 9.81 / 60], rel=0.01)
+    with pytest.raises(tessera.NotFound, match="nobody"):
+        client.contacts("nobody")
+    with pytest.raises(tessera.InvalidArgument, match="bodies or name_prefix"):
+        client.contacts()
+
+
+def test_distances_go_over_borders(client: tessera.Client, crates: list[int]) -> None:
+    found = client.distance("crate_-1", crates[3], 40)
+    assert found is not None
+    assert found.distance == pytest.approx(19)
+    assert found.normal == pytest.approx((-1, 0, 0))
+    assert found.on_a.sector == (-1, 0, 0)
+    assert client.distance("crate_-1", "crate_1", 18.9) is None
+    below = client.distance("crate_0", "ground", 5)
+    assert below is not None
+    assert below.distance == pytest.approx(2.5)
+
+
+def arm(client: tessera.Client) -> None:
+    """Two bars of 2 kg, level, of which a servo holds the first one, and a hinge the second."""
+    world = flat_world(SECTOR)
+    along_y = (0, 0, 2**-0.5, 2**-0.5)
+    for n, name in enumerate(("upper", "lower")):
+        place = tessera.WorldPosition((4.5 + n, 0, 4))
+        world.add(tessera.Body(name, tessera.box(0.8, 0.1, 0.1), 2, place))
+    for name, parent, reach in (("shoulder", None, (4, 0, 4)), ("elbow", "upper", (0.5, 0, 0))):
+        servo = tessera.Drive(tessera.DriveMode.SERVO, 0, stiffness=1e6, damping=1e4)
+        world.add_joint(
+            tessera.Joint(
+                tessera.JointType.REVOLUTE,
+                name=name,
+                parent=parent,
+                child="upper" if parent is None else "lower",
+                in_parent=reach,
+                in_child=(-0.5, 0, 0),
+                in_parent_turned=along_y,
+                in_child_turned=along_y,
+                drives=[servo],
+            )
+        )
+    client.load(world, replace=True)
+
+
+def test_joints_tell_what_they_give_and_bear(client: tessera.Client) -> None:
+    arm(client)
+    client.step(120)
+    joints = client.joint_states(efforts=True, reactions=True)
+    weight = 2 * 9.81
+    assert joints.efforts[:, 0] == pytest.approx([-weight * (0.5 + 1.5), -weight * 0.5], rel=1e-3)
+    assert np.isnan(joints.efforts[:, 1]).all()
+    assert joints.reactions[:, 2] == pytest.approx([2 * weight, weight], rel=1e-3)
+    assert np.isnan(client.joint_states().reactions).all()
+
+
+def test_dynamics_of_an_arm(client: tessera.Client) -> None:
+    arm(client)
+    dynamics = client.dynamics("lower", mass_matrix=True, points=[("lower", (0.5, 0, 0))])
+    assert (dynamics.base, dynamics.freedoms.tolist()) == (0, [1, 1])
+    weight, inertia = 2 * 9.81, 2 * (0.8**2 + 0.1**2) / 12
+    assert dynamics.bias == pytest.approx([-weight * 2, -weight * 0.5])
+    coupled = 2 * (0.25 + 0.5) + inertia
+    expected = [2 * 0.25 + 2 * 2.25 + 2 * inertia, coupled, coupled, 2 * 0.25 + inertia]
+    assert dynamics.mass_matrix.ravel() == pytest.approx(expected)
+    assert dynamics.jacobians[0][2] == pytest.approx([-2, -1])  # both angles turn what is in front of them down
+    assert client.mass_matrix("upper").ravel() == pytest.approx(expected)
+    assert client.jacobian("lower", (0.5, 0, 0))[2] == pytest.approx([-2, -1])
+    assert client.inverse_dynamics("lower", [0, 0]) == pytest.approx(dynamics.bias)
+    assert client.inverse_dynamics("lower", [1, 0]) == pytest.approx(dynamics.bias + expected[:2])
+    with pytest.raises(tessera.InvalidArgument, match="2 degrees of freedom"):
+        client.inverse_dynamics("lower", [1])
+
+
 def test_states_are_arrays(client: tessera.Client, crates: list[int]) -> None:
     client.set_velocity("crate_1", (1, 2, 3))
     client.step()

@@ -93,6 +93,23 @@ def test_program_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> 
         tessera.Cluster()
 
 
+def test_triggers_tell_what_enters_and_leaves(client: tessera.Client) -> None:
+    client.load(flat_world(), replace=True)
+    gate = tessera.Body(
+        "gate", tessera.box(4, 4, 0.2), position=(0, 0, 4), motion=tessera.Motion.STATIC, trigger=True
+    )
+    shell = tessera.compound([(tessera.sphere(0.5), (0, 0, 0)), (tessera.trigger(tessera.sphere(1)), (0, 0, 0))])
+    assert tessera.moments_of(shell, 3) == tessera.moments_of(tessera.sphere(0.5), 3)
+    ids = [client.spawn(body).id for body in (gate, tessera.Body("ball", shell, 3, (0, 0, 6)))]
+    with client.watch_contacts() as contacts:
+        client.step(100)
+        events = [contact for _ in range(100) for contact in contacts.next(10).contacts if contact.trigger]
+    of_gate = [event for event in events if event.a == ids[0]]
+    phases = [tessera.Phase.BEGIN, tessera.Phase.END]
+    assert [(event.b, event.phase) for event in of_gate] == [(ids[1], phase) for phase in phases]
+    assert any(event.a == ids[1] for event in events)  # the ground
+
+
 def test_shapes_of_all_kinds_are_taken(client: tessera.Client) -> None:
     client.load(flat_world(), replace=True)
     hull = tessera.convex_hull([(0, 0, 1), (1, 0, -1), (-1, 1, -1), (-1, -1, -1)])

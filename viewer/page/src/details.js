@@ -5,13 +5,24 @@ import {number, Plot} from './plot.js';
 import {moved, sectorText} from './position.js';
 
 const rounded = (x) => Number(x.toPrecision(4));
+const kProgramsEvery = 500;  // ms
+
+// What is shown of the programs of a body: a row each.
+export function programFacts(programs) {
+  const text = (numbers) => Object.entries(numbers).map(([name, value]) => `${name} ${rounded(value)}`).join(', ');
+  return programs.map(({kind, inputs, values, fault}) =>
+    [kind, fault ? `stopped: ${fault}` : [text(inputs), text(values)].filter(Boolean).join('; ')]);
+}
 
 export class Details {
   #plot = null;
   #shown = null;  // {body} or {sector}
+  #programs = [];
+  #askedPrograms = 0;  // ms
 
-  constructor({panel, name, facts, plot, actions, bodies}) {
-    Object.assign(this, {panel, name, facts, plotPlace: plot, actions, bodies});
+  // `programsOf(id)` promises the programs of a body.
+  constructor({panel, name, facts, plot, actions, bodies, programsOf}) {
+    Object.assign(this, {panel, name, facts, plotPlace: plot, actions, bodies, programsOf});
   }
 
   // An array of three BigInt, or null.
@@ -36,6 +47,8 @@ export class Details {
 
   #begin(shown, title, unit, lines) {
     this.#shown = shown;
+    this.#programs = [];
+    this.#askedPrograms = 0;
     this.panel.hidden = shown === null;
     this.plotPlace.replaceChildren();
     this.#plot = shown ? new Plot(this.plotPlace, title, unit, lines) : null;
@@ -68,8 +81,23 @@ export class Details {
       ['speed', `${speed.toFixed(3)} m/s`],
       ['state', isAsleep ? 'asleep' : 'awake'],
       ...(hasServers ? [['server', String(server + 1)]] : []),
+      ...programFacts(this.#programs),
     ]);
     this.#plot.add(speed);
+    if (hasServers && info.motion !== 'static') this.#askPrograms();
+  }
+
+  // Now and then: they are not in the stream of bodies.
+  #askPrograms() {
+    const now = performance.now();
+    if (this.#askedPrograms && now - this.#askedPrograms < kProgramsEvery) return;
+    this.#askedPrograms = now;
+    const shown = this.#shown;
+    this.programsOf(shown.body)
+        .then(({programs}) => {
+          if (this.#shown === shown) this.#programs = programs;
+        })
+        .catch(() => {});  // the next time
   }
 
   #refreshSector(hasServers) {

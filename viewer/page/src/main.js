@@ -134,7 +134,8 @@ const details = new Details({
   facts: $('facts'),
   plot: $('history'),
   actions: $('bodyActions'),
-  bodies
+  bodies,
+  programsOf: (id) => source.ask('programs', {body: id})
 });
 
 function select(id) {

@@ -16,8 +16,8 @@ globalThis.CustomEvent ??= class extends Event {
   }
 };
 
-const {Bodies, Playback, Recording} =
-    await sources('bodies.js', 'recording/playback.js', 'recording/recording.js');
+const {Bodies, Playback, Recording, programFacts} =
+    await sources('bodies.js', 'details.js', 'recording/playback.js', 'recording/recording.js');
 
 const far = 1n << 62n;
 
@@ -34,6 +34,16 @@ test('large sectors are written as powers of two', () => {
   assert.equal(sectorText([far, -far, 0n]), '2⁶², −2⁶², 0');
   assert.equal(sectorText([far + 3n, far - 3n, -far + 3n]), '2⁶² + 3, 2⁶² − 3, −2⁶² + 3');
   assert.equal(sectorText([-17n, 1n << 31n, (1n << 40n) + (1n << 30n)]), '-17, 2147483648, 1100585369600');
+});
+
+test('programs are a row each, with their numbers or why they were stopped', () => {
+  const walks = {kind: 'character', inputs: {x: 1.5, y: 0}, values: {grounded: 1, slope: 0.123456}, fault: ''};
+  const stopped = {...walks, kind: 'wander', fault: 'tick 7: a value is not finite'};
+  assert.deepEqual(programFacts([walks, stopped, {kind: 'pad', inputs: {}, values: {count: 2}, fault: ''}]), [
+    ['character', 'x 1.5, y 0; grounded 1, slope 0.1235'],
+    ['wander', 'stopped: tick 7: a value is not finite'],
+    ['pad', 'count 2'],
+  ]);
 });
 
 test('positions keep all their bits', () => {

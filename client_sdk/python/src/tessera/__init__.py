@@ -12,7 +12,7 @@ Units: m, kg, s, rad, N. Positions are a sector and a displacement from its cent
 from tessera import commands, queries
 from tessera._proto.command_pb2 import Command
 from tessera._proto.world_pb2 import Shape
-from tessera.body import Body, Motion, Surface
+from tessera.body import Body, Motion, Program, Surface
 from tessera.body_streams import BodyStream
 from tessera.client import Client, ContactStream, DivergenceStream, Status
 from tessera.cluster import Cluster
@@ -40,6 +40,7 @@ from tessera.frame import (
     Divergence,
     DivergenceFrame,
     DivergenceKind,
+    FoundContacts,
     Phase,
     Trajectory,
 )
@@ -50,10 +51,13 @@ from tessera.references import BodyName, JointName
 from tessera.results import (
     Added,
     Applied,
+    BodyDistance,
     BodyStates,
+    Dynamics,
     FoundBody,
     FoundFrame,
     FoundJoint,
+    FoundProgram,
     HashAt,
     JointStates,
     LoadSummary,
@@ -75,6 +79,7 @@ from tessera.shape import (
     plane,
     sphere,
     triangle_mesh,
+    trigger,
 )
 from tessera.stream import Stream
 from tessera.world import CentralGravity, Precision, SeamPolicy, Settings, World
@@ -87,6 +92,7 @@ __all__ = [
     "Applied",
     "Axis",
     "Body",
+    "BodyDistance",
     "BodyFrame",
     "BodyName",
     "BodyStates",
@@ -109,10 +115,13 @@ __all__ = [
     "DivergenceStream",
     "Drive",
     "DriveMode",
+    "Dynamics",
     "FailedPrecondition",
     "FoundBody",
+    "FoundContacts",
     "FoundFrame",
     "FoundJoint",
+    "FoundProgram",
     "HashAt",
     "InvalidArgument",
     "Joint",
@@ -130,6 +139,7 @@ __all__ = [
     "PlacedBody",
     "PlacedJoint",
     "Precision",
+    "Program",
     "Query",
     "RayHit",
     "RayHits",
@@ -161,4 +171,5 @@ __all__ = [
     "relative_to",
     "sphere",
     "triangle_mesh",
+    "trigger",
 ]

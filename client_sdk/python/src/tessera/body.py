@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tessera._proto import world_pb2
@@ -54,6 +55,25 @@ class Surface:
         )
 
 
+class Program:
+    """A program of a body, with parameters and inputs by their names: `Program("character", step=0.3, x=1.0)`. A number
+    that is a body is, as in a joint, its place in the list of bodies plus one.
+    """
+
+    def __init__(self, kind: str, **numbers: float) -> None:
+        self.kind = kind
+        self.numbers = numbers
+
+    def message(self) -> world_pb2.Program:
+        """The program on the wire."""
+        return world_pb2.Program(
+            kind=self.kind,
+            numbers=[
+                world_pb2.NamedNumber(name=name, value=float(value)) for name, value in self.numbers.items()
+            ],
+        )
+
+
 @dataclass
 class Body:
     """The initial state of one rigid body. Units: m, kg, s, rad; velocities are along the world's axes.
@@ -82,6 +102,9 @@ class Body:
     gravity: bool = True
     assembly: int = 0  # bodies of the same assembly, not 0, do not collide
     surface: Surface | None = None  # none: one like any other
+    trigger: bool = False  # it notices what overlaps it, and touches nothing
+    user_data: bytes = b""  # at most 1024 bytes, which the world keeps with the body and does not look at
+    programs: Sequence[Program] = ()  # at most 8; the body must not be static
 
     def message(self, shape_place: int = 0) -> world_pb2.Body:
         """The body on the wire; `shape_place` is the index of its shape in the table of a world."""
@@ -103,10 +126,13 @@ class Body:
                 no_gravity=not self.gravity,
                 assembly=self.assembly,
                 surface=None if self.surface is None else self.surface.message(),
+                trigger=self.trigger,
             ),
             pose=world_pose_message(self.position, self.orientation),
             linear_velocity=vector_message(self.linear_velocity, "linear_velocity"),
             angular_velocity=vector_message(self.angular_velocity, "angular_velocity"),
+            user_data=self.user_data,
+            programs=[program.message() for program in self.programs],
         )
 
     def _moments(self) -> VectorLike:

@@ -6,13 +6,16 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from tessera._proto import tessera_pb2
+from tessera.errors import InvalidArgument
 from tessera.followed_bodies import FollowedBodies
 from tessera.frame import BodyFrame
 from tessera.keys import Keys
 from tessera.known_bodies import KnownBodies
 from tessera.position import position_message, to_vector, vector_message
 from tessera.results import Region
-from tessera.stream import AskStatus, Stream
+from tessera.stream import AskStatus, Gateway, Stream
+
+BYTES_PER_SECOND_MIN = 10_000  # for each server: proto/stream_limits.h
 
 BodyStream: TypeAlias = Stream[tessera_pb2.BodyBatch, BodyFrame]
 
@@ -24,11 +27,13 @@ class BodySubscriber:
         self,
         watchable: Callable[[float | None], tessera_pb2.StatusReply],
         ask_status: AskStatus,
+        gateway: Gateway,
         keys: Keys,
     ) -> None:
         """`watchable` waits for a world with servers that can be watched."""
         self._watchable = watchable
         self._ask_status = ask_status
+        self._gateway = gateway
         self._keys = keys
 
     def subscribe(
@@ -45,11 +50,20 @@ class BodySubscriber:
             here.region.centre.CopyFrom(position_message(region.centre))
             here.region.half_size.CopyFrom(vector_message(region.half_size, "half_size"))
         status = self._watchable(timeout)
+        here.bytes_per_second = _shared_out(here.bytes_per_second, status)
         known = KnownBodies(
             status.settings.sector_size, complete, here.precision, here.velocity_precision
         )
         return Stream(
-            "WatchBodies", here, known.take, status, self._ask_status, self._keys, timeout, of_changes=True
+            "WatchBodies",
+            here,
+            known.take,
+            status,
+            self._ask_status,
+            self._gateway,
+            self._keys,
+            timeout,
+            of_changes=True,
         )
 
     def follow(
@@ -64,6 +78,7 @@ class BodySubscriber:
         leader = tessera_pb2.WatchBodiesRequest()
         leader.CopyFrom(request)
         leader.only_awake = False
+        leader.bytes_per_second = 0  # one body is not too much
         leader.ids[:] = [body]
 
         def open_area(around: Region) -> BodyStream:
@@ -72,3 +87,14 @@ class BodySubscriber:
         half_size = to_vector(vector_message(region.half_size, "half_size"))
         of_leader = self.subscribe(leader, None, True, timeout)
         return FollowedBodies(of_leader, half_size, complete, open_area, timeout)
+
+
+def _shared_out(bytes_per_second: int, status: tessera_pb2.StatusReply) -> int:
+    """What each server of the world may send. InvalidArgument."""
+    servers = sum(1 for server in status.servers if server.takes_part)
+    if bytes_per_second != 0 and bytes_per_second < servers * BYTES_PER_SECOND_MIN:
+        raise InvalidArgument(
+            f"bytes_per_second = {bytes_per_second} must be 0, or at least {BYTES_PER_SECOND_MIN} "
+            f"for each of {servers} servers"
+        )
+    return bytes_per_second // servers

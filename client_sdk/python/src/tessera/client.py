@@ -6,7 +6,7 @@ import os
 import threading
 import time
 import weakref
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
 from itertools import dropwhile
 from types import TracebackType
@@ -38,8 +38,8 @@ from tessera.queries import Answers, Catalogue, Query
 from tessera.references import BodyName, IdsLike, id_list, name_list
 from tessera.request_session import RequestSession
 from tessera.results import Applied, FoundBody, FoundFrame, LoadSummary, RayHit, RayHits, Region
-from tessera.stream import Stream
-from tessera.stream_merger import FRAMES_QUEUED_MAX
+from tessera.stream import Frame, Stream
+from tessera.stream_merger import FRAMES_QUEUED_MAX, Part
 from tessera.whole_file import whole_file
 from tessera.world import World
 
@@ -171,6 +171,7 @@ class Client:
         queries: Iterable[Query[Any]] = (),
         *,
         after: int = 0,
+        owner: str = "",
         timeout: float | None = None,
     ) -> Answers:
         """Does commands, then ticks of a paused world, and then answers queries: one message there and back.
@@ -179,8 +180,11 @@ class Client:
         are stored when it returns, and take effect together, at `applied.tick`. Queries are answered after the
         ticks; without any, at once, but not before the end of tick `after`, as long as the world runs. A request
         whose connection is lost is made again, to whoever leads then, and carried out once.
+
+        With an `owner`, commands are limited to bodies of that owner (`set_properties()`; PermissionDenied), and
+        what they spawn is the owner's. A client with a key of role "own" is always limited so, to its own name.
         """
-        request, asked = _request(commands, ticks, queries, after)
+        request, asked = _request(commands, ticks, queries, after, owner)
         answers = Answers(self._session.call(request, timeout), asked)
         self._note(answers)
         return answers
@@ -192,12 +196,13 @@ class Client:
         queries: Iterable[Query[Any]] = (),
         *,
         after: int = 0,
+        owner: str = "",
     ) -> Future[Answers]:
         """As `run()`, without waiting for the answers. Requests of a client take effect in the order in which they
         are sent. Waits where more than 1024 have no answer, or the coordinator does not keep up. Callbacks of the
         future run on a thread of the client, and must not wait there.
         """
-        request, asked = _request(commands, ticks, queries, after)
+        request, asked = _request(commands, ticks, queries, after, owner)
 
         def read(reply: tessera_pb2.Reply) -> Answers:
             answers = Answers(reply, asked)
@@ -227,6 +232,8 @@ class Client:
     set_velocity = doing(of_commands.set_velocity)
     apply_impulse = doing(of_commands.apply_impulse)
     apply_force = doing(of_commands.apply_force)
+    set_force = doing(of_commands.set_force)
+    tell_program = doing(of_commands.tell_program)
     apply_radial_impulse = doing(of_commands.apply_radial_impulse)
     teleport = doing(of_commands.teleport)
     set_state = doing(of_commands.set_state)
@@ -320,6 +327,13 @@ class Client:
     sweep = asking(of_queries.sweep)
     body_states = asking(of_queries.body_states)
     joint_states = asking(of_queries.joint_states)
+    contacts = asking(of_queries.contacts)
+    programs = asking(of_queries.programs)
+    distance = asking(of_queries.distance)
+    dynamics = asking(of_queries.dynamics)
+    mass_matrix = asking(of_queries.mass_matrix)
+    jacobian = asking(of_queries.jacobian)
+    inverse_dynamics = asking(of_queries.inverse_dynamics)
     find_bodies = asking(of_queries.find_bodies)
     find_joints = asking(of_queries.find_joints)
     find_frames = asking(of_queries.find_frames)
@@ -403,6 +417,7 @@ class Client:
         complete: bool = False,
         precision: float = 0,
         velocity_precision: float = 0,
+        bytes_per_second: int = 0,
         timeout: float | None = CALL_TIMEOUT_S,
     ) -> BodyStream:
         """The states of bodies, from the next tick on, and immediately if the world is paused.
@@ -412,12 +427,18 @@ class Client:
         changed (`BodyFrame`), or with `complete` all again, which costs time here but no bytes on the way.
 
         With `follow`, the region goes with a body: its `half_size` about where that is at each tick. The body
-        itself is in the stream, too. Where it jumps by more than a quarter of the largest half size, or goes
-        that far in the time of a call, bodies around it may come some ticks later.
+        itself is in the stream, too. Where it jumps by more than a quarter of the largest half size, or
+        opening another stream takes longer than half a second and as long as it takes for that way, bodies
+        around it may come some ticks later.
 
         With a `precision` (m, 1e-6 to 1), positions are off by at most that, and orientations by as many rad,
         in a tenth of the bytes. Velocities then have an error of at most `velocity_precision` (m/s and rad/s,
         1e-6 to 1000), or if that is 0, are zero.
+
+        With `bytes_per_second`, all servers together send no more, in wall time; they share it evenly, from 10,000
+        for each. Of what has changed beyond that, later frames tell, as it is then (`BodyFrame.deferred`): first what
+        has waited longest, sooner what is near the centre of the region. Bodies that change servers may be gone for
+        some frames.
         """
         request = tessera_pb2.WatchBodiesRequest(
             ids=id_list(ids),
@@ -426,8 +447,9 @@ class Client:
             in_columns=True,
             precision=precision,
             velocity_precision=velocity_precision,
+            bytes_per_second=bytes_per_second,
         )
-        subscriber = BodySubscriber(self._watchable, self.status, self._keys)
+        subscriber = BodySubscriber(self._watchable, self.status, self._gateway, self._keys)
         if follow is None:
             return subscriber.subscribe(request, region, complete, timeout)
         if region is None:
@@ -436,22 +458,31 @@ class Client:
         return subscriber.follow(body, request, region, complete, timeout)
 
     def watch_contacts(
-        self, *, ids: IdsLike = (), persisting: bool = False, timeout: float | None = CALL_TIMEOUT_S
+        self,
+        *,
+        ids: IdsLike = (),
+        persisting: bool = False,
+        mask: int = 0,
+        impulse_min: float = 0,
+        timeout: float | None = CALL_TIMEOUT_S,
     ) -> ContactStream:
         """Contacts that begin or end, each once; with `persisting` also continuing ones.
+
+        With a `mask`, those with a body of any of these collision categories. With an `impulse_min` (N s): each
+        pair in every tick in which its normal impulses are together at least that, whatever its phase, and no ends.
 
         Without `ids`, all contacts; otherwise those with any of these bodies. The first frame is empty: its
         tick is the one from which on the stream is complete.
         """
-        request = tessera_pb2.WatchContactsRequest(ids=id_list(ids), persisting=persisting)
-        status = self._watchable(timeout)
-        return Stream("WatchContacts", request, contact_frame, status, self.status, self._keys, timeout)
+        request = tessera_pb2.WatchContactsRequest(
+            ids=id_list(ids), persisting=persisting, mask=mask, impulse_min=impulse_min
+        )
+        return self._watch("WatchContacts", request, contact_frame, timeout)
 
     def watch_divergences(self, timeout: float | None = CALL_TIMEOUT_S) -> DivergenceStream:
         """Bodies that leave the range of numbers, speeds or sectors. The first frame is as that of contacts."""
         request = tessera_pb2.WatchDivergencesRequest()
-        status = self._watchable(timeout)
-        return Stream("WatchDivergences", request, divergence_frame, status, self.status, self._keys, timeout)
+        return self._watch("WatchDivergences", request, divergence_frame, timeout)
 
     # --- servers ---
 
@@ -489,6 +520,15 @@ class Client:
         tick: int = self._call(method, request, timeout).tick
         return tick
 
+    def _watch(
+        self, method: str, request: Any, read: Callable[[int, list[Part]], Frame], timeout: float | None
+    ) -> Stream[Part, Frame]:
+        status = self._watchable(timeout)
+        return Stream(method, request, read, status, self.status, self._gateway, self._keys, timeout)
+
+    def _gateway(self) -> str:
+        return self._coordinators.address
+
     def _watchable(self, timeout: float | None) -> Status:
         """With servers that take part in the world; one that recovers is waited for."""
         deadline = None if timeout is None else time.monotonic() + timeout
@@ -508,8 +548,10 @@ def _close(session: RequestSession, coordinators: Coordinators) -> None:
 
 
 def _request(
-    commands: Iterable[Command], ticks: int, queries: Iterable[Query[Any]], after: int
+    commands: Iterable[Command], ticks: int, queries: Iterable[Query[Any]], after: int, owner: str
 ) -> tuple[tessera_pb2.Request, list[Query[Any]]]:
     asked = list(queries)
     messages = [message for query in asked for message in query.messages]
-    return tessera_pb2.Request(commands=commands, ticks=ticks, queries=messages, after=after), asked
+    return tessera_pb2.Request(
+        commands=commands, ticks=ticks, queries=messages, after=after, owner=owner
+    ), asked

@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tessera._proto import world_pb2
-from tessera._proto.command_pb2 import AddJoint, Command, Model, Spawn
+from tessera._proto.command_pb2 import AddJoint, Model, Spawn
+from tessera._proto.command_pb2 import Command as Command  # for annotations
 from tessera.body import Body, Motion
 from tessera.joint import Drive, DriveMode, Joint
 from tessera.position import (
@@ -115,6 +116,31 @@ def apply_force(body: BodyName, force: VectorLike, torque: VectorLike = _ZERO) -
     return _of("apply_force", body, force=vector_fields(force, "force"), torque=vector_fields(torque, "torque"))
 
 
+def set_force(
+    body: BodyName, force: VectorLike | None, torque: VectorLike = _ZERO, *, body_axes: bool = False
+) -> Command:
+    """Pushes a dynamic body in every tick from now on, with `force` in N at its centre of mass and `torque` in N m,
+    in the place of the force that it had; with a `force` of None, no longer. With `body_axes`, along the axes of
+    the body frame, as a thruster does.
+    """
+    if force is None:
+        return _of("set_force", body)
+    lasting = {
+        "force": vector_fields(force, "force"),
+        "torque": vector_fields(torque, "torque"),
+        "body_axes": body_axes,
+    }
+    return _of("set_force", body, force=lasting)
+
+
+def tell_program(body: BodyName, *, program: int = 0, **numbers: float) -> Command:
+    """Sets inputs and parameters of a program of a body by their names; `program` is its place on the body. It runs at
+    the end of the tick, also where its body sleeps.
+    """
+    given = [{"name": name, "value": float(value)} for name, value in numbers.items()]
+    return _of("tell_program", body, program=program, numbers=given)
+
+
 def apply_radial_impulse(centre: PositionLike, radius: float, impulse: float, *, mask: int = 0) -> Command:
     """Pushes every dynamic body whose centre of mass is nearer than `radius` m (at most 4 sectors) away from
     `centre`: with `impulse` N s there, and evenly less down to none at the radius; less than 0 pulls. `mask` selects
@@ -159,12 +185,18 @@ def teleport(
     return _of("teleport", body, **given)
 
 
-def set_state(bodies: Iterable[PlacedBody] = (), joints: Iterable[PlacedJoint] = ()) -> Command:
+def set_state(
+    bodies: Iterable[PlacedBody] = (), joints: Iterable[PlacedJoint] = (), *, keeps_contacts: bool = False
+) -> Command:
     """Places bodies, and what hangs on them by `joints`, in any order: the child of each comes to where its parent,
     which is the world or is placed by this command, and the joint's position put it. Only what is named moves.
+
+    With `keeps_contacts`, contacts of bodies that stay in their sectors keep their impulses where they still touch:
+    for small corrections.
     """
     return Command(
         set_state={
+            "keeps_contacts": keeps_contacts,
             "bodies": [
                 {
                     "body": reference(one.body),
@@ -202,9 +234,12 @@ def set_properties(
     category: int | None = None,
     mask: int | None = None,
     gravity: bool | None = None,
+    user_data: bytes | None = None,
+    owner: str | None = None,
 ) -> Command:
     """Changes properties of a body, which are those of `Body`; what is not given stays as it is. `motion` may change
-    between dynamic and kinematic.
+    between dynamic and kinematic. The `owner` is who may command the body by requests with this owner; "": nobody
+    in particular.
     """
     return _of(
         "set_properties",
@@ -219,6 +254,8 @@ def set_properties(
         category=category,
         mask=mask,
         gravity=gravity,
+        user_data=user_data,
+        owner=owner,
     )
 
 

@@ -61,7 +61,12 @@ class Coordinators:
     @property
     def where(self) -> str:
         """The coordinator that leads, as far as is known, for messages."""
-        return f"coordinator at {self._addresses[self._place]}"
+        return f"coordinator at {self.address}"
+
+    @property
+    def address(self) -> str:
+        """That of the one that answered last; where it is a gateway, streams are opened there, too."""
+        return self._addresses[self._place]
 
     def call(self, method: str, request: Any, timeout: float | None) -> Any:
         """Calls the coordinator that leads.

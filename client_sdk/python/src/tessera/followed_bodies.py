@@ -16,16 +16,23 @@ from tessera.position import Vector, WorldPosition, relative_to
 from tessera.results import Region
 from tessera.stream import Stream
 
-MARGIN = 0.5  # of the largest half size: what regions have more than what is wanted
+# What regions have more than what is wanted: of the largest half size, and the way of the body in the time that it
+# may take to open another one; or so many times its way while the last one was opened; up to so many of the largest
+# half size.
+MARGIN = 0.5
+AHEAD_S = 1.0
+WAYS = 3.0
+MARGIN_MAX = 16.0
 
 
 class _Area:
     """A stream of all bodies of a region, and the last frame of it that was read."""
 
     def __init__(
-        self, centre: WorldPosition, stream: Stream[tessera_pb2.BodyBatch, BodyFrame]
+        self, centre: WorldPosition, margin: float, stream: Stream[tessera_pb2.BodyBatch, BodyFrame]
     ) -> None:
         self.centre = centre
+        self.margin = margin
         self.stream = stream
         self.frame: BodyFrame | None = None
 
@@ -60,6 +67,7 @@ class FollowedBodies(Stream[tessera_pb2.BodyBatch, BodyFrame]):
         self._opening: Future[_Area] | None = None
         self._coming: _Area | None = None
         self._unmatched = 0  # ticks that only one of the streams has
+        self._way = 0.0  # m, that the body went until the last area that was opened was of use
         self._has_ended = False
         try:
             self._frame: BodyFrame | None = leader.next(timeout)
@@ -102,12 +110,13 @@ class FollowedBodies(Stream[tessera_pb2.BodyBatch, BodyFrame]):
 
     def _open(self) -> _Area:
         """The region around where the body is."""
-        i, j, k = (int(index) for index in self._place.sectors[0])
-        x, y, z = (float(metres) for metres in self._place.local[0])
-        half = self._half_size + MARGIN * self._half_size.max()
-        centre = WorldPosition((x, y, z), (i, j, k))
+        largest = float(self._half_size.max())
+        speed = float(np.linalg.norm(self._place.linear_velocities[0]))
+        margin = min(max(MARGIN * largest + AHEAD_S * speed, WAYS * self._way), MARGIN_MAX * largest)
+        half = self._half_size + margin
+        centre = self._here()
         region = Region(centre, (float(half[0]), float(half[1]), float(half[2])))
-        area = _Area(centre, self._open_area(region))
+        area = _Area(centre, margin, self._open_area(region))
         if self._has_ended:
             area.stream.cancel()
         return area
@@ -116,9 +125,8 @@ class FollowedBodies(Stream[tessera_pb2.BodyBatch, BodyFrame]):
         """A region that cannot be had now is asked for again."""
         if self._opening or self._coming or self._has_ended:
             return
-        centre = self._area.centre
-        away = self._place.relative_to(centre.sector)[0] - np.array(centre.local)
-        if np.abs(away).max() > MARGIN * self._half_size.max() / 2:
+        if self._gone_from(self._area.centre) > self._area.margin / 2:
+            self._opened_from = self._here()
             self._opening = self._opener.submit(self._open)
 
     def _change_area_where_ready(self, tick: int) -> None:
@@ -126,13 +134,32 @@ class FollowedBodies(Stream[tessera_pb2.BodyBatch, BodyFrame]):
             if self._opening and self._opening.done():
                 opened, self._opening = self._opening, None
                 self._coming = opened.result()
-            if self._coming and self._coming.read_to(tick, time.monotonic()).tick == tick:
+            if self._coming and self._is_better(self._coming, tick):
                 self._area.stream.cancel()
+                self._way = self._gone_from(self._opened_from)
                 self._area, self._coming = self._coming, None
         except DeadlineExceeded:
             pass  # it has nothing of that tick yet, or could not be opened in time
         except TesseraError:
             self._coming = None
+
+    def _is_better(self, area: _Area, tick: int) -> bool:
+        """Whether it can take over. With a budget, a stream has all bodies of its region after some ticks; it is used
+        before where the present one lacks more, since what is wanted reaches beyond its region.
+        """
+        frame = area.read_to(tick, time.monotonic())
+        return frame.tick == tick and (frame.deferred == 0 or self._gone_from(area.centre) > area.margin)
+
+    def _here(self) -> WorldPosition:
+        """Where the body is."""
+        i, j, k = (int(index) for index in self._place.sectors[0])
+        x, y, z = (float(metres) for metres in self._place.local[0])
+        return WorldPosition((x, y, z), (i, j, k))
+
+    def _gone_from(self, place: WorldPosition) -> float:
+        """How far the body is from there along any axis, m."""
+        away = self._place.relative_to(place.sector)[0] - np.array(place.local)
+        return float(np.abs(away).max())
 
     def _cut(self, leader: BodyFrame, around: BodyFrame) -> BodyFrame:
         """What is in the exact box."""

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tessera._proto import tessera_pb2, world_pb2
+from tessera._proto import query_pb2, tessera_pb2, world_pb2
 from tessera.position import (
     ORIGIN,
     Floats,
@@ -47,6 +47,7 @@ class BodyFrame:
     sector_size: float  # m, of the world
     # Of earlier frames of a stream: bodies that were removed or no longer match what it is of; ascending.
     gone: Ids = field(default_factory=lambda: np.empty(0, dtype=np.uint64))
+    deferred: int = 0  # bodies of a stream that have changed and are told later: its budget
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -116,9 +117,9 @@ class Trajectory:
 class Phase(enum.IntEnum):
     """The phase of a contact in a tick."""
 
-    BEGIN = tessera_pb2.Contact.BEGIN
-    PERSIST = tessera_pb2.Contact.PERSIST
-    END = tessera_pb2.Contact.END
+    BEGIN = query_pb2.Contact.BEGIN
+    PERSIST = query_pb2.Contact.PERSIST
+    END = query_pb2.Contact.END
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,8 @@ class Contact:
     """A patch of contact of two bodies, `a` < `b`: points that share a normal.
 
     The phase is that of the pair. A pair that begins or goes on has a contact for each of its patches; its end
-    is one contact, without a patch.
+    is one contact, without a patch. With `trigger`, there is no contact: `b` overlaps a trigger of `a`, which
+    may have the higher id, and nothing else is set.
     """
 
     phase: Phase
@@ -146,14 +148,24 @@ class Contact:
     impulse: float  # N s, on a along the normal, of all points
     friction: Vector = (0.0, 0.0, 0.0)  # N s, on a, in the world's axes
     points: tuple[ContactPoint, ...] = ()
+    trigger: bool = False
 
 
 @dataclass(frozen=True)
 class ContactFrame:
-    """The contacts of one tick, ascending by (a, b)."""
+    """The contacts of one tick, ascending by (a, b), then the events of triggers, likewise."""
 
     tick: int
     contacts: Sequence[Contact]
+
+
+@dataclass(frozen=True)
+class FoundContacts:
+    """Where bodies touch others, as the last tick left it."""
+
+    tick: int
+    contacts: Sequence[Contact]  # ascending by (a, b); patches of a pair in one order; all PERSIST
+    truncated: bool  # there are more
 
 
 class DivergenceKind(enum.IntEnum):
@@ -282,9 +294,13 @@ def _motion(state: tessera_pb2.BodyState) -> tuple[float, ...]:
 
 def contact_frame(tick: int, parts: Iterable[tessera_pb2.ContactBatch]) -> ContactFrame:
     """Likewise for contacts."""
-    contacts = [_contact(contact) for part in parts for contact in part.contacts]
+    contacts = [to_contact(contact) for part in parts for contact in part.contacts]
     # A contact ends before it begins anew.
-    return ContactFrame(tick, sorted(contacts, key=lambda c: (c.a, c.b, c.phase is not Phase.END)))
+    return ContactFrame(tick, sorted(contacts, key=lambda c: (c.trigger, c.a, c.b, c.phase is not Phase.END)))
+
+
+def to_found_contacts(tick: int, message: query_pb2.FoundContacts) -> FoundContacts:
+    return FoundContacts(tick, [to_contact(contact) for contact in message.contacts], message.truncated)
 
 
 def divergence_frame(tick: int, parts: Iterable[tessera_pb2.DivergenceBatch]) -> DivergenceFrame:
@@ -315,7 +331,7 @@ def trajectory(frames: Sequence[BodyFrame], time_step: float) -> Trajectory:
     )
 
 
-def _contact(contact: tessera_pb2.Contact) -> Contact:
+def to_contact(contact: query_pb2.Contact) -> Contact:
     return Contact(
         Phase(contact.phase),
         contact.a,
@@ -334,6 +350,7 @@ def _contact(contact: tessera_pb2.Contact) -> Contact:
                 contact.impulses,
             )
         ),
+        contact.trigger,
     )
 
 

@@ -34,9 +34,13 @@ class Keys:
         if (path / "authority").is_dir():  # the outer folder
             path /= "admin"
         authority = _read(path / "authority.pem")
-        if (path / "key.pem").exists():
-            return Keys(authority, _read(path / "certificate.pem"), _read(path / "key.pem"))
-        return Keys(authority, token=_read(path / "token").decode().strip())
+        has_certificate = (path / "key.pem").exists()
+        # A token goes beside a certificate, too: it passes gateways, where certificates end.
+        has_token = not has_certificate or (path / "token").exists()
+        token = _read(path / "token").decode().strip() if has_token else ""
+        if not has_certificate:
+            return Keys(authority, token=token)
+        return Keys(authority, _read(path / "certificate.pem"), _read(path / "key.pem"), token)
 
     def __bool__(self) -> bool:
         return bool(self.authority)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,7 +103,8 @@ class KnownBodies:
         for part in parts:
             by_server.setdefault(part.node, []).append(part)
         told = {server: self._reader(server).read(list_of) for server, list_of in by_server.items()}
-        return self._frame(tick, self._lost(told), [by.bodies for by in told.values()])
+        frame = self._frame(tick, self._lost(told), [by.bodies for by in told.values()])
+        return replace(frame, deferred=sum(parts_of[-1].deferred for parts_of in by_server.values()))
 
     def replace(
         self, tick: int, frames: Sequence[BodyFrame], rows: Sequence[NDArray[np.bool_]]

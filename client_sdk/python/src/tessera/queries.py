@@ -22,9 +22,11 @@ from numpy.typing import ArrayLike
 
 from tessera._proto import query_pb2, tessera_pb2, world_pb2
 from tessera.errors import DataLoss
+from tessera.frame import FoundContacts, to_found_contacts
 from tessera.position import (
     IDENTITY,
     ORIGIN,
+    Floats,
     PositionLike,
     VectorLike,
     position_message,
@@ -34,13 +36,16 @@ from tessera.position import (
     vector_fields,
     world_pose_message,
 )
-from tessera.references import BodyName, IdsLike, id_list, references
+from tessera.references import BodyName, IdsLike, JointName, id_list, name_list, reference, references
 from tessera.results import (
     Applied,
+    BodyDistance,
     BodyStates,
+    Dynamics,
     FoundBody,
     FoundFrame,
     FoundJoint,
+    FoundProgram,
     HashAt,
     JointStates,
     Neighbour,
@@ -48,6 +53,9 @@ from tessera.results import (
     RayHits,
     to_applied,
     to_body_states,
+    to_distance,
+    to_dynamics,
+    to_found_programs,
     to_joint_states,
     to_ray_hits,
 )
@@ -245,16 +253,84 @@ def body_states(ids: IdsLike | None = None, prefix: str = "") -> Query[BodyState
     )
 
 
-def joint_states(ids: IdsLike | None = None, prefix: str = "") -> Query[JointStates]:
-    """Likewise the positions and rates of joints; without `ids` and `prefix`, of all."""
-    return _one(
-        lambda result, tick: to_joint_states(tick, result.joint_states), joint_states=_selection(ids, prefix)
-    )
+def joint_states(
+    ids: IdsLike | None = None, prefix: str = "", *, efforts: bool = False, reactions: bool = False
+) -> Query[JointStates]:
+    """Likewise the positions and rates of joints; without `ids` and `prefix`, of all. With `efforts`, also what acts
+    along their axes; with `reactions`, what they bear: see `JointStates`.
+    """
+    fields = _selection(ids, prefix) | {"efforts": efforts, "reactions": reactions}
+    return _one(lambda result, tick: to_joint_states(tick, result.joint_states), joint_states=fields)
+
+
+def contacts(
+    bodies: BodyName | Iterable[BodyName] = (), prefix: str = "", *, limit: int = 0
+) -> Query[FoundContacts]:
+    """Where a body, or any of several, touches others; with a `prefix`, also bodies whose names begin with it. At most
+    `limit` patches; 0: 1000.
+    """
+    fields = {"bodies": references(name_list(bodies)), "name_prefix": prefix, "limit": limit}
+    return _one(lambda result, tick: to_found_contacts(tick, result.contacts), contacts=fields)
+
+
+def programs(ids: IdsLike | None = None, prefix: str = "", *, limit: int = 0) -> Query[list[FoundProgram]]:
+    """The programs of bodies with these ids, and of those whose names begin with `prefix`; without both, all. At most
+    `limit`; 0: 1000.
+    """
+    fields = _selection(ids, prefix) | {"limit": limit}
+    return _one(lambda result, tick: to_found_programs(result.programs), programs=fields)
+
+
+def distance(a: BodyName, b: BodyName, reach: float) -> Query[BodyDistance | None]:
+    """How near the surfaces of two bodies come to each other, in any sectors on any servers; None if they are farther
+    apart than `reach` m, which is at most 4 sectors.
+    """
+    fields = {"a": reference(a), "b": reference(b), "reach": float(reach)}
+    return _one(lambda result, tick: to_distance(result.distance), distance=fields)
+
+
+def dynamics(
+    body: BodyName | None = None,
+    *,
+    joint: JointName | None = None,
+    accelerations: ArrayLike = (),
+    points: Iterable[tuple[BodyName, VectorLike]] = (),
+    mass_matrix: bool = False,
+) -> Query[Dynamics]:
+    """The dynamics of the assembly of a dynamic body, or of a joint: all bodies that joints connect with it, which must
+    form a tree. `accelerations` [d], for which efforts are found; `points` of its bodies, in their body frames, of
+    which Jacobians are.
+    """
+    fields = {
+        "body": None if body is None else reference(body),
+        "joint": None if joint is None else reference(joint),
+        "accelerations": np.asarray(accelerations, dtype=np.float64).ravel().tolist(),
+        "points": [{"body": reference(of), "local": vector_fields(local, "point")} for of, local in points],
+        "mass_matrix": mass_matrix,
+    }
+    return _one(lambda result, tick: to_dynamics(tick, result.dynamics), dynamics=fields)
+
+
+def mass_matrix(body: BodyName) -> Query[Floats]:
+    """The mass matrix [d, d] of the assembly of a dynamic body; see `Dynamics` for its degrees of freedom."""
+    return _part(dynamics(body, mass_matrix=True), lambda found: found.mass_matrix)
+
+
+def jacobian(body: BodyName, point: VectorLike = (0.0, 0.0, 0.0)) -> Query[Floats]:
+    """How a point of a dynamic body, in its body frame, moves with the degrees of freedom of its assembly [6, d]: its
+    velocity, then the angular velocity of the body, along the world's axes.
+    """
+    return _part(dynamics(body, points=[(body, point)]), _only_jacobian)
+
+
+def inverse_dynamics(body: BodyName, accelerations: ArrayLike) -> Query[Floats]:
+    """The efforts [d] that give the assembly of a dynamic body these accelerations [d]."""
+    return _part(dynamics(body, accelerations=accelerations), lambda found: found.efforts)
 
 
 def hash() -> Query[HashAt]:
     """The hash of the world's state."""
-    return _one(lambda result, tick: HashAt(tick, result.hash.hash), hash={})
+    return _one(lambda result, tick: HashAt(tick, result.hash.hash, result.hash.programs), hash={})
 
 
 def catalogue(
@@ -274,7 +350,8 @@ def find_bodies(prefix: str = "", limit: int = 0) -> Query[list[FoundBody]]:
     """Bodies whose names begin with `prefix`, ascending by id, at most `limit`; 0: 1000."""
     return _one(
         lambda result, tick: [
-            FoundBody(body.id, body.name, body.properties) for body in result.find_bodies.bodies
+            FoundBody(body.id, body.name, body.properties, body.user_data, body.owner)
+            for body in result.find_bodies.bodies
         ],
         find_bodies={"name_prefix": prefix, "limit": limit},
     )
@@ -297,6 +374,15 @@ def find_frames(prefix: str = "", limit: int = 0) -> Query[list[FoundFrame]]:
         lambda result, tick: [_frame(found) for found in result.find_frames.frames],
         find_frames={"name_prefix": prefix, "limit": limit},
     )
+
+
+def _only_jacobian(found: Dynamics) -> Floats:
+    jacobian: Floats = found.jacobians[0]
+    return jacobian
+
+
+def _part(whole: Query[Dynamics], read: Callable[[Dynamics], T]) -> Query[T]:
+    return Query(whole.messages, lambda results, tick: read(whole.read(results, tick)))
 
 
 def _one(read: Callable[[query_pb2.QueryResult, int], T], **fields: Any) -> Query[T]:

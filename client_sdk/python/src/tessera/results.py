@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias, TypeVar
 
@@ -22,6 +22,8 @@ from tessera.position import (
     VectorLike,
     WorldPosition,
     relative_to,
+    to_position,
+    to_vector,
 )
 from tessera.references import IdsLike, id_list
 
@@ -66,6 +68,40 @@ class HashAt:
 
     tick: int
     hash: str  # 32 hexadecimal digits
+    programs: str = ""  # likewise, of the numbers of all programs; "": there are none
+
+
+@dataclass(frozen=True)
+class FoundProgram:
+    """A program of a body, with its numbers by their names."""
+
+    body: int
+    body_name: str
+    program: int  # its place on the body
+    kind: str
+    parameters: dict[str, float]
+    inputs: dict[str, float]
+    values: dict[str, float]  # its state, as its last run left it
+    fault: str  # why it was stopped; "": it runs
+
+
+def to_found_programs(message: query_pb2.FoundPrograms) -> list[FoundProgram]:
+    def numbers(named: Iterable[world_pb2.NamedNumber]) -> dict[str, float]:
+        return {number.name: number.value for number in named}
+
+    return [
+        FoundProgram(
+            found.body,
+            found.name,
+            found.program,
+            found.kind,
+            numbers(found.parameters),
+            numbers(found.inputs),
+            numbers(found.values),
+            found.fault,
+        )
+        for found in message.programs
+    ]
 
 
 @dataclass(frozen=True)
@@ -75,6 +111,8 @@ class FoundBody:
     id: int
     name: str
     properties: world_pb2.BodyProperties  # proto/world.proto has its fields
+    user_data: bytes = b""
+    owner: str = ""  # who may command it by requests with this owner; "": nobody in particular
 
     @property
     def motion(self) -> Motion:
@@ -194,6 +232,44 @@ class JointStates(_Rows):
 
     positions: Floats  # [n, 2], by axis, rad or m; not a number where the joint has no such axis
     rates: Floats  # [n, 2], rad/s or m/s; likewise
+    # [n, 2], N m or N, likewise, and all of them if not asked for: what drive, spring, damping, friction and limit
+    # gave, together; positive where they push to larger positions. The mean over the last tick in which the joint
+    # was awake.
+    efforts: Floats
+    # [n, 6], if asked for: the force (N), then the torque (N m, about the origin of the joint frame on the child)
+    # with which the joint acts on its child, efforts included, along the axes of that frame. Mean likewise.
+    reactions: Floats
+
+
+@dataclass(frozen=True)
+class BodyDistance:
+    """How near two bodies come to each other."""
+
+    distance: float  # m; < 0 where convex parts overlap: how far one would have to move along the normal, at most
+    on_a: WorldPosition  # on the surfaces
+    on_b: WorldPosition
+    normal: Vector  # of unit length, from b to a
+
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """The dynamics of an assembly: `mass_matrix @ accelerations + bias = efforts`.
+
+    Degrees of freedom [d] are, in this order: of a floating base, its velocity and angular velocity along the world's
+    axes; then the rates of the axes of `joints`, or, of a ball joint, the angular velocity of its child relative to
+    its parent, along the axes of the joint frame on the parent. Arrays that were not asked for are empty, and all of
+    them are where a body of the assembly is not there.
+    """
+
+    tick: int
+    base: int  # the body that floats: that with the lowest id; 0: it hangs on the world, or on a body
+    joints: Ids  # [j], from the base on, each after that of its parent, else ascending
+    freedoms: Integers  # [j], of each joint, 0 to 3
+    velocities: Floats  # [d]
+    bias: Floats  # [d], efforts without which nothing accelerates: gravity, Coriolis; N m or N
+    efforts: Floats  # [d], for the accelerations that were given
+    mass_matrix: Floats  # [d, d]
+    jacobians: Floats  # [points, 6, d]: the velocity of the point, then the angular velocity; world axes
 
 
 @dataclass(frozen=True)
@@ -268,8 +344,35 @@ def to_joint_states(tick: int, message: query_pb2.JointColumns) -> JointStates:
     ids = numbers_of(packed, "ids", np.uint64)
     axes = varints_of(packed, "axes")
     is_there = np.arange(2) < axes[:, np.newaxis]
-    columns = []
-    for name in ("positions", "rates"):
-        columns.append(np.full(is_there.shape, np.nan))
-        columns[-1][is_there] = numbers_of(packed, name, np.float64)
-    return JointStates(tick, ids, *columns)
+    columns = {}
+    for name in ("positions", "rates", "efforts"):
+        columns[name] = np.full(is_there.shape, np.nan)
+        if name in packed or name != "efforts":
+            columns[name][is_there] = numbers_of(packed, name, np.float64)
+    reactions = numbers_of(packed, "reactions", np.float64, 6)
+    if len(reactions) != len(ids):
+        reactions = np.full((len(ids), 6), np.nan)
+    return JointStates(tick, ids, reactions=reactions, **columns)
+
+
+def to_distance(message: query_pb2.Distance) -> BodyDistance | None:
+    if message.beyond:
+        return None
+    places = to_position(message.on_a), to_position(message.on_b)
+    return BodyDistance(message.distance, *places, to_vector(message.normal))
+
+
+def to_dynamics(tick: int, message: query_pb2.Dynamics) -> Dynamics:
+    freedoms = len(message.velocities)
+    has_matrix = len(message.mass_matrix) > 0
+    return Dynamics(
+        tick=tick,
+        base=message.base,
+        joints=np.array(message.joints, dtype=np.uint64),
+        freedoms=np.array(message.freedoms, dtype=np.int64),
+        velocities=np.array(message.velocities),
+        bias=np.array(message.bias),
+        efforts=np.array(message.efforts),
+        mass_matrix=np.array(message.mass_matrix).reshape((freedoms, freedoms) if has_matrix else (0, 0)),
+        jacobians=np.array(message.jacobians).reshape((-1, 6, freedoms) if message.jacobians else (0, 6, freedoms)),
+    )

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tessera._proto.world_pb2 import Geometry, Shape
+from tessera._proto.world_pb2 import Geometry, PartMaterial, Shape
 from tessera.position import IDENTITY, Vector, VectorLike, pose_message, vector_message
 
 Placed: TypeAlias = tuple[Shape, VectorLike] | tuple[Shape, VectorLike, VectorLike]
@@ -83,17 +83,35 @@ def compound(parts: Iterable[Placed]) -> Shape:
     for shape, position, *turn in parts:
         if len(shape.parts) != 1:
             raise ValueError("parts: each must be a shape of one part")
+        part = shape.parts[0]
         whole.parts.add(
-            geometry=shape.parts[0].geometry, pose=pose_message(position, turn[0] if turn else IDENTITY)
+            geometry=part.geometry,
+            pose=pose_message(position, turn[0] if turn else IDENTITY),
+            material=part.material if part.HasField("material") else None,
         )
     return whole
+
+
+def trigger(shape: Shape, *, category: int = 1, mask: int = 0xFFFFFFFF) -> Shape:
+    """The shape as a trigger: it notices what overlaps it, and touches nothing.
+
+    Its collision bits count in the place of its body's. It adds neither mass nor inertia.
+    """
+    noticing = Shape()
+    noticing.CopyFrom(shape)
+    for part in noticing.parts:
+        part.material.CopyFrom(PartMaterial(category=category, mask=mask, trigger=True))
+    return noticing
 
 
 def moments_of(shape: Shape, mass: float) -> Vector:
     """The principal moments of inertia (kg m^2) of a solid of uniform density.
 
     Exact for one box, sphere, capsule, cylinder or ellipsoid; others have those of their bounding sphere.
+    Triggers do not count beside other parts.
     """
+    if solid := [part for part in shape.parts if not part.material.trigger]:
+        shape = Shape(parts=solid)
     alone = len(shape.parts) == 1 and not shape.parts[0].HasField("pose")
     single = shape.parts[0].geometry if alone else None
     kind = single.WhichOneof("kind") if single else None

@@ -39,6 +39,11 @@ FAREWELL_S = 5.0
 AskStatus: TypeAlias = Callable[[float], tessera_pb2.StatusReply]
 """Asks the coordinator where the world is, with a timeout in s."""
 
+Gateway: TypeAlias = Callable[[], str]
+"""The address of the gateway that the last status came through."""
+
+_SERVER_HEADER = "tessera-server"  # proto/server_header.h
+
 Frame = TypeVar("Frame")
 
 
@@ -59,6 +64,7 @@ class Stream(Generic[Part, Frame]):
         read: Callable[[int, list[Part]], Frame],
         status: tessera_pb2.StatusReply,
         ask_status: AskStatus,
+        gateway: Gateway,
         keys: Keys,
         timeout: float | None,
         of_changes: bool = False,
@@ -69,7 +75,7 @@ class Stream(Generic[Part, Frame]):
         """
         self._merger: StreamMerger[Part] = StreamMerger(of_changes)
         self._read = read
-        follower = _Follower(self._merger, method, request, status, ask_status, keys)
+        follower = _Follower(self._merger, method, request, status, ask_status, gateway, keys)
         self._finalizer = weakref.finalize(self, follower.end, Cancelled("the stream was cancelled"))
         try:
             self._merger.wait_for_all(timeout)
@@ -142,6 +148,7 @@ class _Follower(Generic[Part]):
         request: Any,
         status: tessera_pb2.StatusReply,
         ask_status: AskStatus,
+        gateway: Gateway,
         keys: Keys,
     ) -> None:
         self._merger = merger
@@ -151,6 +158,7 @@ class _Follower(Generic[Part]):
         self._request.subscription = secrets.randbits(64) | 1
         self._load = status.load
         self._ask_status = ask_status
+        self._gateway = gateway
         self._changed = threading.Condition()  # its lock guards the following
         self._readers: dict[str, _Reader] = {}  # by address
         self._last_end = ""
@@ -196,7 +204,7 @@ class _Follower(Generic[Part]):
         """Opens streams at the servers that take part in the world, and ends those at others. False if no
         server does, or others have yet to end.
         """
-        wanted = {server.stream_address for server in status.servers if server.takes_part}
+        wanted = {server.stream_address: server.node for server in status.servers if server.takes_part}
         with self._changed:
             if status.state == "failed":
                 self.end(Unavailable("; ".join(filter(None, (self._last_end, status.failure)))))
@@ -207,13 +215,18 @@ class _Follower(Generic[Part]):
             for address, reader in list(self._readers.items()):
                 if reader.has_ended or not reader.may_stay(address in wanted):
                     self._readers.pop(address).channel.close()
-            for address in wanted - self._readers.keys():
-                self._readers[address] = self._open(address)
+            for address in wanted.keys() - self._readers.keys():
+                node = wanted[address] if status.through_gateway else None
+                self._readers[address] = self._open(address, node)
             return bool(wanted) and not any(reader.unwanted_since for reader in self._readers.values())
 
-    def _open(self, address: str) -> _Reader:
-        reader = _Reader(self._keys.channel(address, [("grpc.max_receive_message_length", -1)]))
-        call = getattr(tessera_pb2_grpc.StreamsStub(reader.channel), self._method)(self._request)
+    def _open(self, address: str, node: int | None) -> _Reader:
+        """The stream of the server at `address`; with a `node`, through the gateway, which is told it."""
+        door = address if node is None else self._gateway()
+        headers = () if node is None else ((_SERVER_HEADER, str(node)),)
+        reader = _Reader(self._keys.channel(door, [("grpc.max_receive_message_length", -1)]))
+        stub = tessera_pb2_grpc.StreamsStub(reader.channel)
+        call = getattr(stub, self._method)(self._request, metadata=headers)
         threading.Thread(target=self._read, args=(address, reader, call), daemon=True).start()
         return reader
 

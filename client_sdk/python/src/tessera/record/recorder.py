@@ -244,5 +244,5 @@ def _contacts_of(tick: int, parts: list[tessera_pb2.ContactBatch]) -> tessera_pb
     result = tessera_pb2.ContactBatch(tick=tick)
     for part in parts:
         result.contacts.extend(part.contacts)
-    result.contacts.sort(key=attrgetter("a", "b"))
+    result.contacts.sort(key=attrgetter("trigger", "a", "b"))
     return result

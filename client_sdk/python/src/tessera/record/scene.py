@@ -22,6 +22,7 @@ from tessera.record.surface import surface_of
 from tessera.record.topics import NANOSECONDS
 
 STATIC_COLOUR = (0.55, 0.55, 0.55)
+TRIGGER_OPACITY = 0.2
 GOLDEN_RATIO = 0.618034  # neighbours get colours far from each other
 
 
@@ -61,7 +62,8 @@ def scene(
         entity.timestamp.CopyFrom(deletion.timestamp)
         colour = _colour(body)
         for part in shapes[body.properties.shape].parts:
-            _draw(entity, part, colour)
+            is_trigger = body.properties.trigger or part.material.trigger
+            _draw(entity, part, {**colour, "a": TRIGGER_OPACITY} if is_trigger else colour)
     return result
 
 

@@ -1,0 +1,119 @@
+// Programs of a running world: programs, tell.
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_split.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/connection.h"
+#include "lpss/programs/registry.h"
+
+namespace tessera::cli {
+namespace {
+
+std::string text_of(const std::vector<NamedNumber>& numbers) {
+  std::string text;
+  for (const NamedNumber& number : numbers) absl::StrAppendFormat(&text, " %s=%g", number.name, number.value);
+  return text;
+}
+
+nlohmann::json json_of(const std::vector<NamedNumber>& numbers) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const NamedNumber& number : numbers) json[number.name] = number.value;
+  return json;
+}
+
+void print(const FoundPrograms& found, nlohmann::json& data) {
+  data["programs"] = nlohmann::json::array();
+  data["truncated"] = found.truncated;
+  for (const FoundProgram& program : found.programs) {
+    data["programs"].push_back({{"body", program.body.value},
+                                {"name", program.body_name},
+                                {"program", program.program},
+                                {"kind", program.kind},
+                                {"parameters", json_of(program.parameters)},
+                                {"inputs", json_of(program.inputs)},
+                                {"values", json_of(program.values)},
+                                {"fault", program.fault}});
+    absl::PrintF("%-24s %d  %s\n  parameters%s\n  inputs%s\n  values%s\n", program.body_name, program.program,
+                 program.kind, text_of(program.parameters), text_of(program.inputs), text_of(program.values));
+    if (!program.fault.empty()) absl::PrintF("  stopped: %s\n", program.fault);
+  }
+  if (found.programs.empty()) absl::PrintF("no programs\n");
+  if (found.truncated) absl::PrintF("... and more\n");
+}
+
+void add_programs(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(
+      app, "programs", "List programs with their numbers, by the names of their bodies.", "tessera programs");
+  const auto query = std::make_shared<ProgramsQuery>();
+  command.add_option("prefix", query->prefix, "of the names of bodies; all if not given");
+  command.add_option("--limit", query->limit, "how many at most; 0: 1000");
+  on_cluster(command, action, [query](Client& client, nlohmann::json& data) -> absl::Status {
+    QueryList queries;
+    const auto place = queries.programs(*query);
+    const absl::StatusOr<Answers> answers = client.ask(queries);
+    if (!answers.ok()) return answers.status();
+    print((*answers)[place], data);
+    return absl::OkStatus();
+  });
+}
+
+absl::StatusOr<NamedNumber> parse_number(const std::string& text) {
+  const std::pair<std::string, std::string> parts = absl::StrSplit(text, absl::MaxSplits('=', 1));
+  NamedNumber number{parts.first, 0};
+  if (absl::SimpleAtod(parts.second, &number.value)) return number;
+  return absl::InvalidArgumentError(absl::StrCat("'", text, "' must be NAME=NUMBER"));
+}
+
+void add_tell(CLI::App& app, Action& action) {
+  CLI::App& command = add_command(app, "tell", "Set inputs and parameters of a program of a body.",
+                                  "tessera tell walker x=1.4 heading=0");
+  struct Options {
+    std::string body;
+    std::vector<std::string> numbers;
+    std::uint32_t program = 0;
+  };
+  const auto options = std::make_shared<Options>();
+  command.add_option("body", options->body, "its name, or its id")->required();
+  command.add_option("numbers", options->numbers, "NAME=NUMBER, one or more")->required();
+  command.add_option("--program", options->program, "its place on the body, from 0");
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
+    std::vector<NamedNumber> numbers;
+    for (const std::string& text : options->numbers) {
+      absl::StatusOr<NamedNumber> number = parse_number(text);
+      if (!number.ok()) return number.status();
+      numbers.push_back(*std::move(number));
+    }
+    CommandList commands;
+    commands.tell_program(parse_body(options->body), numbers, options->program);
+    const absl::StatusOr<Applied> applied = client.apply(commands);
+    return print_effect(applied.ok() ? absl::StatusOr<Tick>(applied->tick) : applied.status(), data);
+  });
+}
+
+}  // namespace
+
+absl::StatusOr<ProgramRecord> parse_program(const std::string& text) {
+  const std::pair<std::string, std::string> parts = absl::StrSplit(text, absl::MaxSplits(':', 1));
+  absl::StatusOr<ProgramRecord> record = new_program(parts.first);
+  if (!record.ok()) return record;
+  for (const std::string& word :
+       std::vector<std::string>(absl::StrSplit(parts.second, ',', absl::SkipEmpty()))) {
+    const absl::StatusOr<NamedNumber> number = parse_number(word);
+    if (!number.ok()) return number.status();
+    if (absl::Status status = set_number(*record, number->name, number->value); !status.ok()) return status;
+  }
+  return record;
+}
+
+void add_program_commands(CLI::App& app, Action& action) {
+  add_programs(app, action);
+  add_tell(app, action);
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,23 @@
+// The programs that come with Tessera: one file each, with a namespace for what is its own.
+#pragma once
+
+#include <array>
+
+#include "lpss/programs/program.h"
+
+namespace tessera {
+
+const Program& character_program();
+const Program& floater_program();
+const Program& mover_program();
+const Program& pad_program();
+const Program& vehicle_program();
+const Program& wander_program();
+
+// Ascending by kind.
+inline std::array<const Program*, 6> builtin_programs() {
+  return {&character_program(), &floater_program(), &mover_program(),
+          &pad_program(),       &vehicle_program(), &wander_program()};
+}
+
+}  // namespace tessera

@@ -1,0 +1,87 @@
+#include "lpss/programs/program.h"
+
+#include <algorithm>
+
+#include "lpss/model/body.h"
+
+namespace tessera {
+namespace {
+
+std::array<double, 3> array_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+}  // namespace
+
+Eigen::Quaterniond Senses::orientation() const {
+  return quaternion_of(state) * centre_frame(properties).orientation.conjugate();
+}
+
+// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014), over a counter.
+double Senses::random(std::uint32_t n) const {
+  constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15;
+  const auto mixed = [](std::uint64_t x) {
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111eb;
+    return x ^ (x >> 31);
+  };
+  std::uint64_t number = 0;
+  for (const std::uint64_t part : {body.value, std::uint64_t{program}, tick, std::uint64_t{n}})
+    number = mixed(number + part + kGolden);
+  constexpr double kUnit = 1.0 / (std::uint64_t{1} << 53);
+  return static_cast<double>(number >> 11) * kUnit;
+}
+
+std::span<const ProgramFinding> Senses::of(std::uint32_t ask) const {
+  const auto found = std::ranges::equal_range(findings, ask, {}, &ProgramFinding::ask);
+  return {found.begin(), found.end()};
+}
+
+ProgramAsk& Asker::add(ProgramAsk::Kind kind, BodyId body) {
+  ProgramAsk& ask = asks_.emplace_back();
+  ask.kind = kind;
+  ask.body = body;
+  ask.sector = senses_.sector;
+  return ask;
+}
+
+void Asker::cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double length, double radius,
+                 std::uint32_t mask) {
+  ProgramAsk& ask = add(ProgramAsk::kCast, senses_.body);
+  ask.origin = array_of(from);
+  ask.direction = array_of(direction);
+  ask.length = length;
+  ask.radius = radius;
+  ask.mask = mask;
+}
+
+void Asker::contacts(BodyId body) { add(ProgramAsk::kContacts, body); }
+void Asker::inside(BodyId body) { add(ProgramAsk::kInside, body); }
+void Asker::body(BodyId body) { add(ProgramAsk::kBody, body); }
+
+bool is_act(const Command& command) {
+  return std::holds_alternative<PushBody>(command) || std::holds_alternative<ApplyForce>(command) ||
+         std::holds_alternative<ApplyImpulse>(command) || std::holds_alternative<KinematicTarget>(command) ||
+         std::holds_alternative<TellProgram>(command);
+}
+
+void Actor::push(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
+  commands_.push_back(PushBody{senses_.body, {array_of(force), array_of(torque)}});
+}
+
+void Actor::push_awake(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
+  commands_.push_back(ApplyForce{senses_.body, {array_of(force), array_of(torque)}});
+}
+
+void Actor::impulse(BodyId body, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) {
+  commands_.push_back(ApplyImpulse{body, array_of(impulse), array_of(lever)});
+}
+
+void Actor::move_to(const Eigen::Vector3d& position) {
+  BodyState goal = senses_.state;
+  goal.position = array_of(position);
+  goal.velocities_before.reset();
+  commands_.push_back(KinematicTarget{senses_.body, senses_.sector, goal});
+}
+
+void Actor::tell(TellProgram told) { commands_.emplace_back(std::move(told)); }
+
+}  // namespace tessera

@@ -1,0 +1,77 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "lpss/programs/registry.h"
+
+namespace tessera {
+namespace {
+
+TEST(Programs, AscendByKindAndHaveTablesOfTheirOwn) {
+  EXPECT_TRUE(std::ranges::is_sorted(programs(), {}, &Program::kind));
+  for (const Program* program : programs()) {
+    EXPECT_EQ(find_program(program->kind()), program);
+    std::vector<absl::string_view> names;
+    for (const auto table : {program->parameters(), program->inputs()}) {
+      EXPECT_LE(table.size(), kProgramNumbersMax);
+      for (const NumberSpec& spec : table) {
+        names.push_back(spec.name);
+        EXPECT_LE(spec.least, spec.first) << program->kind() << " " << spec.name;
+        EXPECT_LE(spec.first, spec.most) << program->kind() << " " << spec.name;
+        EXPECT_FALSE(spec.meaning.empty());
+      }
+    }
+    std::ranges::sort(names);
+    EXPECT_EQ(std::ranges::adjacent_find(names), names.end()) << program->kind();
+  }
+}
+
+TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
+  const auto record = new_program("walker");
+  EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(record.status().message(),
+            "there is no program \"walker\"; there are: character, floater, mover, pad, vehicle, wander");
+}
+
+TEST(Programs, NumbersOutOfBoundsAreRefused) {
+  BodyProperties body;
+  ProgramRecord record = *new_program("character");
+  EXPECT_TRUE(check_programs(body, {&record, 1}).ok());
+  record.parameters[0] = -1;
+  EXPECT_EQ(check_programs(body, {&record, 1}).message(),
+            "program character: height = -1 m must be at least 0.01 m");
+}
+
+TEST(Programs, NewOnesAreForBodiesThatTheyCanWorkOn) {
+  WorldDescription world;
+  world.bodies.resize(2);
+  world.bodies[1].name = "lift";
+  world.bodies[1].properties.motion = Motion::kKinematic;
+  world.bodies[1].programs = {*new_program("mover"), *new_program("pad")};
+  EXPECT_TRUE(check_programs(world).ok());
+  world.bodies[1].programs[1].parameters[0] = 3;
+  EXPECT_EQ(check_programs(world).message(),
+            "body \"lift\": program pad: body = 3 must be at most 2, the number of bodies");
+  world.bodies[1].programs[1].parameters[0] = 1.5;
+  EXPECT_EQ(check_programs(world).message(),
+            "body \"lift\": program pad: body = 1.5 must be a whole number, the id of a body");
+  world.bodies[1].programs = {*new_program("character")};
+  EXPECT_EQ(check_programs(world).message(),
+            "body \"lift\": program character: its body must be dynamic, not kinematic");
+  world.bodies[1].properties.motion = Motion::kStatic;
+  EXPECT_EQ(check_programs(world).message(),
+            "body \"lift\": a body with a program must be dynamic or kinematic, not static");
+}
+
+TEST(Programs, EarlierWorldsGetTheFirstValuesOfWhatIsNew) {
+  ProgramRecord record = *new_program("mover");
+  const ProgramRecord whole = record;
+  record.parameters.resize(2);
+  record.values.clear();
+  complete(record);
+  EXPECT_EQ(record.parameters, whole.parameters);
+  EXPECT_EQ(record.values, whole.values);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,44 @@
+// What programs may ask of the world, and what they are told: in messages, too.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "lpss/grid/sector_index.h"
+#include "lpss/model/body.h"
+
+namespace tessera {
+
+// What a program asks of the world as it is at the end of a tick. Positions in m, in the world's axes.
+struct ProgramAsk {
+  enum Kind : std::uint8_t {
+    kCast,      // what a ray, or a ball that moves along it, meets first
+    kContacts,  // what touches `body`
+    kInside,    // what is in the triggers of `body`
+    kBody,      // the state of `body`
+  };
+  std::uint8_t kind = kCast;
+  BodyId body;         // asked about; a cast passes through it
+  SectorIndex sector;  // that positions are relative to the centre of
+  std::array<double, 3> origin{};
+  std::array<double, 3> direction{};  // of unit length
+  double length = 0;
+  double radius = 0;  // of the ball; 0: a ray
+  std::uint32_t mask = 0xffffffff;
+};
+
+// A part of the answer to a question. What the kind of the question does not speak of is 0.
+struct ProgramFinding {
+  std::uint32_t ask = 0;  // its place among those of the instance; in a message, of the asker's
+  BodyId body;
+  Motion motion = Motion::kStatic;
+  double distance = 0;               // m, of a cast: that it went
+  std::array<double, 3> normal{};    // of a cast or contact: on `body`, pointing away from it
+  std::array<double, 3> point{};     // m, of the hit or contact, from the centre of the asked sector
+  std::array<double, 3> velocity{};  // m/s: of the place that was hit; otherwise of the centre of mass
+  double impulse = 0;                // N s, of a contact, along the normal, in the last tick
+  std::array<double, 3> position{};  // m, of the centre of mass, from the centre of the asked sector
+  std::array<double, 9> rotation{};  // of its centre frame, by rows
+};
+
+}  // namespace tessera

@@ -1,0 +1,390 @@
+#include "lpss/tick/programs.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <tuple>
+#include <utility>
+
+#include "lpss/model/gravity.h"
+#include "lpss/model/shape.h"
+#include "lpss/observe/contacts.h"
+#include "lpss/observe/state.h"
+#include "lpss/partition/bodies.h"
+#include "lpss/programs/registry.h"
+
+namespace tessera {
+namespace {
+
+std::array<double, 3> as_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Eigen::Vector3d as_vector(const std::array<double, 3>& v) { return Eigen::Vector3d(v.data()); }
+
+// In which order the parts of one answer come, whoever found them.
+bool comes_first(const ProgramFinding& a, const ProgramFinding& b) {
+  return std::tie(a.ask, a.distance, a.body, a.impulse, a.normal, a.point) <
+         std::tie(b.ask, b.distance, b.body, b.impulse, b.normal, b.point);
+}
+
+// Answers questions from what a partition hosts.
+class Answering {
+ public:
+  Answering(Partition& partition, Queries& queries) : partition_(partition), queries_(queries) {}
+
+  void answer(std::uint32_t number, const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
+    const std::size_t before = findings.size();
+    switch (ask.kind) {
+      case ProgramAsk::kCast:
+        cast(ask, findings);
+        break;
+      case ProgramAsk::kContacts:
+        contacts(ask, findings);
+        break;
+      case ProgramAsk::kInside:
+        inside(ask, findings);
+        break;
+      default:
+        body(ask, findings);
+        break;
+    }
+    for (std::size_t n = before; n < findings.size(); ++n) findings[n].ask = number;
+    // All servers leave out alike what is too much.
+    std::sort(findings.begin() + static_cast<std::ptrdiff_t>(before), findings.end(), comes_first);
+    if (findings.size() > before + kProgramFindingsMax) findings.resize(before + kProgramFindingsMax);
+  }
+
+ private:
+  void cast(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
+    const WorldPosition from{ask.sector, as_vector(ask.origin)};
+    const Eigen::Vector3d direction = as_vector(ask.direction);
+    const QueryFilter filter{ask.mask, {&ask.body, 1}};
+    const std::optional<RayAnswer> hit =
+        ask.radius > 0 ? queries_.sweep(Sphere{ask.radius}, {from, Eigen::Quaterniond::Identity()}, direction,
+                                        ask.length, filter)
+                       : queries_.raycast(from, direction, ask.length, filter);
+    if (!hit) return;
+    ProgramFinding& finding = findings.emplace_back();
+    finding.body = hit->body;
+    finding.distance = hit->distance;
+    finding.normal = as_array(hit->normal);
+    const Eigen::Vector3d point =
+        as_vector(ask.origin) + direction * hit->distance - hit->normal * ask.radius;
+    finding.point = as_array(point);
+    describe(finding, ask.sector);
+    const Eigen::Vector3d lever = point - as_vector(finding.position);
+    finding.velocity = as_array(as_vector(finding.velocity) + spin_.cross(lever) + running_.cross(lever));
+  }
+
+  void contacts(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
+    for (const TouchingPatch& patch : contacts_of(partition_, {&ask.body, 1})) {
+      ProgramFinding& finding = findings.emplace_back();
+      const bool is_a = patch.a == ask.body;
+      finding.body = is_a ? patch.b : patch.a;
+      finding.motion = motion_of(partition_, finding.body);
+      const double sign = is_a ? 1 : -1;
+      finding.normal = as_array(sign * as_vector(patch.normal));
+      finding.impulse = patch.impulse;
+      finding.point = as_array(relative_to(patch.position, ask.sector, partition_.sector_size()));
+    }
+  }
+
+  void inside(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
+    for (const auto& [index, sector] : partition_.sectors) {
+      const auto [first, last] = std::ranges::equal_range(sector->overlaps, ask.body, {}, &Overlap::trigger);
+      for (auto overlap = first; overlap != last; ++overlap) {
+        ProgramFinding& finding = findings.emplace_back();
+        finding.body = overlap->visitor;
+        finding.motion = motion_of(partition_, overlap->visitor);
+      }
+    }
+  }
+
+  void body(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
+    ProgramFinding finding;
+    finding.body = ask.body;
+    if (describe(finding, ask.sector)) findings.push_back(finding);
+  }
+
+  // What its home, or everybody of a static body, knows. False where it lives elsewhere.
+  bool describe(ProgramFinding& finding, const SectorIndex& seen_from) {
+    spin_ = running_ = Eigen::Vector3d::Zero();
+    const BodyRecord* record = partition_.statics.find(finding.body);
+    std::optional<BodyRecord> own;
+    if (record == nullptr) {
+      own = body_of(partition_, finding.body);
+      if (!own) return false;
+      record = &*own;
+    }
+    const BodyState& state = record->state;
+    finding.motion = record->properties.motion;
+    finding.position = as_array(metres_between(seen_from, record->home, partition_.sector_size()) +
+                                as_vector(state.position));
+    finding.rotation = state.rotation;
+    finding.velocity = state.linear_velocity;
+    spin_ = as_vector(state.angular_velocity);
+    if (record->properties.surface) {
+      // A belt carries what stands on it.
+      const Surface& surface = *record->properties.surface;
+      const Eigen::Quaterniond turn =
+          quaternion_of(state) * centre_frame(record->properties).orientation.conjugate();
+      finding.velocity = as_array(as_vector(finding.velocity) + turn * as_vector(surface.velocity));
+      running_ = turn * as_vector(surface.running);
+    }
+    return true;
+  }
+
+  Partition& partition_;
+  Queries& queries_;
+  Eigen::Vector3d spin_ = Eigen::Vector3d::Zero();     // of the body described last, rad/s
+  Eigen::Vector3d running_ = Eigen::Vector3d::Zero();  // likewise, of its surface
+};
+
+bool is_finite(std::span<const double> numbers) {
+  return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); });
+}
+
+bool runs(const ProgramRecord& record, Activity activity, Tick tick) {
+  if (!record.fault.empty()) return false;
+  return activity != Activity::kAsleep || (record.wake_at != 0 && record.wake_at <= tick);
+}
+
+// Whether a cast goes so far, and along such a way, that it can be looked after.
+bool is_proper(const ProgramAsk& ask, double sector_size) {
+  if (ask.kind != ProgramAsk::kCast) return true;
+  const Eigen::Vector3d direction = as_vector(ask.direction);
+  return is_finite(ask.origin) && std::abs(direction.norm() - 1) < 1e-6 && ask.length >= 0 &&
+         ask.length <= kProgramCastMax && ask.radius >= 0 && ask.radius <= sector_size / 2;
+}
+
+// What all servers have found, as one would have. Of a cast, the nearest counts: a static body may be found
+// by several.
+void put_in_order(std::vector<ProgramFinding>& findings, std::span<const ProgramAsk> asks) {
+  std::sort(findings.begin(), findings.end(), comes_first);
+  std::vector<std::size_t> found(asks.size());
+  std::erase_if(findings, [&](const ProgramFinding& finding) {
+    const bool is_cast = asks[finding.ask].kind == ProgramAsk::kCast;
+    return ++found[finding.ask] > (is_cast ? 1 : kProgramFindingsMax);
+  });
+}
+
+void stop(ProgramRecord& record, absl::string_view why, Tick tick) {
+  record.fault = absl::StrCat("tick ", tick, ": ", why);
+  record.wake_at = 0;
+}
+
+}  // namespace
+
+ProgramPhase::ProgramPhase(Partition& partition, Queries& queries, Tick tick, ParallelFor parallel)
+    : partition_(partition), queries_(queries), tick_(tick), parallel_(std::move(parallel)) {
+  for (Sector* sector : partition_.active) {
+    for (HomeBody* body : sector->programmed) add(*body);
+  }
+  std::ranges::sort(running_, {}, [](const Running& r) { return std::pair(r.body->id, r.place); });
+}
+
+void ProgramPhase::add(HomeBody& body) {
+  const SectorWorld& world = *body.sector->world;
+  const Activity activity = world.activity(body.slot);
+  for (std::size_t place = 0; place < body.programs.size(); ++place) {
+    ProgramRecord& record = body.programs[place];
+    if (!runs(record, activity, tick_)) continue;
+    complete(record);
+    // Commands may have given the body another motion.
+    if (const absl::Status status = find_program(record.kind)->check(body.properties); !status.ok()) {
+      stop(record, status.message(), tick_);
+      continue;
+    }
+    Running& running = running_.emplace_back();
+    running.body = &body;
+    running.place = place;
+    running.state = world.state(body.slot);
+    const SectorIndex& home = body.sector->index;
+    running.gravity = acceleration_at(partition_.settings.gravity, home, as_vector(running.state.position),
+                                      partition_.sector_size());
+    running.start =
+        metres_between(home, record.start_sector, partition_.sector_size()) + as_vector(record.start);
+  }
+}
+
+Senses ProgramPhase::senses_of(const Running& running) const {
+  const HomeBody& body = *running.body;
+  const ProgramRecord& record = body.programs[running.place];
+  return {tick_,
+          partition_.dt(),
+          body.id,
+          static_cast<std::uint32_t>(running.place),
+          body.sector->index,
+          body.properties,
+          running.state,
+          running.state.activity == Activity::kAsleep,
+          running.gravity,
+          running.start,
+          record.parameters,
+          record.inputs,
+          running.findings};
+}
+
+// Others know of what is near their sectors, and of what their bodies touch and notice.
+bool ProgramPhase::concerns_others(const ProgramAsk& ask) const {
+  const double size = partition_.sector_size();
+  if (ask.kind == ProgramAsk::kBody)
+    return !partition_.bodies.contains(ask.body) && partition_.statics.find(ask.body) == nullptr;
+  if (ask.kind != ProgramAsk::kCast) return true;
+  const Eigen::Vector3d from = as_vector(ask.origin);
+  const Eigen::Vector3d to = from + as_vector(ask.direction) * ask.length;
+  const double reach = partition_.margins.reach + ask.radius;
+  const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / size + 0.5)); };
+  const Eigen::Vector3d low = from.cwiseMin(to) - Eigen::Vector3d::Constant(reach);
+  const Eigen::Vector3d high = from.cwiseMax(to) + Eigen::Vector3d::Constant(reach);
+  for (std::int64_t i = cell(low.x()); i <= cell(high.x()); ++i) {
+    for (std::int64_t j = cell(low.y()); j <= cell(high.y()); ++j) {
+      for (std::int64_t k = cell(low.z()); k <= cell(high.z()); ++k) {
+        const absl::StatusOr<SectorIndex> sector = translated(ask.sector, {i, j, k});
+        if (sector.ok() && !partition_.hosts(*sector)) return true;
+      }
+    }
+  }
+  return false;
+}
+
+std::vector<ProgramAsks> ProgramPhase::ask() {
+  run_in_pieces(parallel_, running_.size(), kProgramsInPiece, [&](std::size_t n) {
+    Running& running = running_[n];
+    const ProgramRecord& record = running.body->programs[running.place];
+    const Senses senses = senses_of(running);
+    Asker asker(senses, running.asks);
+    find_program(record.kind)->ask(senses, record.values, asker);
+  });
+  ProgramAsks asks;
+  queries_.look_for_strays();
+  Answering own(partition_, queries_);
+  for (std::size_t r = 0; r < running_.size(); ++r) {
+    Running& running = running_[r];
+    ProgramRecord& record = running.body->programs[running.place];
+    const auto is_fit = [this](const ProgramAsk& ask) { return is_proper(ask, partition_.sector_size()); };
+    if (running.asks.size() > kProgramAsksMax || !std::ranges::all_of(running.asks, is_fit)) {
+      stop(record, absl::StrCat("it asks more than ", kProgramAsksMax, " questions, or improper ones"),
+           tick_);
+      running.asks.clear();
+    }
+    for (std::uint32_t n = 0; n < running.asks.size(); ++n) {
+      own.answer(n, running.asks[n], running.findings);
+      if (partition_.map.servers() == 1) continue;
+      if (!concerns_others(running.asks[n])) {
+        if (running.asks[n].kind == ProgramAsk::kCast) kept_.push_back({r, n});
+        continue;
+      }
+      asks.asks.push_back(running.asks[n]);
+      asked_.push_back({r, n});
+    }
+  }
+  asks.anybody_asks = !asks.asks.empty();
+  asks.has_strays = queries_.has_strays();
+  return to_others(asks);
+}
+
+std::vector<ProgramAsks> ProgramPhase::to_others(const ProgramAsks& asks) const {
+  std::vector<ProgramAsks> outbox(partition_.map.servers(), asks);
+  outbox[partition_.self].asks.clear();
+  return outbox;
+}
+
+bool ProgramPhase::take(std::vector<ProgramAsks> asked) {
+  const bool is_first = asked_of_us_.empty();
+  if (is_first) {
+    asked_of_us_ = std::move(asked);
+    return partition_.map.servers() > 1 && std::ranges::any_of(asked_of_us_, &ProgramAsks::has_strays);
+  }
+  for (std::size_t rank = 0; rank < asked.size(); ++rank) {
+    asked_of_us_[rank].anybody_asks |= asked[rank].anybody_asks;
+    std::ranges::move(asked[rank].asks, std::back_inserter(asked_of_us_[rank].asks));
+  }
+  return false;
+}
+
+std::vector<ProgramAsks> ProgramPhase::ask_everybody() {
+  ProgramAsks asks;
+  for (const Asked& kept : kept_) asks.asks.push_back(running_[kept.running].asks[kept.ask]);
+  asks.anybody_asks = !asks.asks.empty();
+  asked_.insert(asked_.end(), kept_.begin(), kept_.end());
+  return to_others(asks);
+}
+
+bool ProgramPhase::are_asked() const { return std::ranges::any_of(asked_of_us_, &ProgramAsks::anybody_asks); }
+
+std::vector<ProgramAnswers> ProgramPhase::answer() {
+  std::vector<ProgramAnswers> outbox(asked_of_us_.size());
+  Answering answering(partition_, queries_);
+  for (std::size_t rank = 0; rank < asked_of_us_.size(); ++rank) {
+    const std::vector<ProgramAsk>& asks = asked_of_us_[rank].asks;
+    for (std::uint32_t n = 0; n < asks.size(); ++n) {
+      if (is_proper(asks[n], partition_.sector_size())) answering.answer(n, asks[n], outbox[rank].findings);
+    }
+  }
+  return outbox;
+}
+
+ProgramActs ProgramPhase::run(std::span<const ProgramAnswers> answers) {
+  for (const ProgramAnswers& some : answers) {
+    for (ProgramFinding finding : some.findings) {
+      if (finding.ask >= asked_.size()) continue;
+      const Asked& asked = asked_[finding.ask];
+      finding.ask = asked.ask;
+      running_[asked.running].findings.push_back(finding);
+    }
+  }
+  run_in_pieces(parallel_, running_.size(), kProgramsInPiece, [&](std::size_t n) { act(running_[n]); });
+  ProgramActs acts;
+  for (Running& running : running_) {
+    for (Command& command : running.commands) {
+      acts.acts.push_back({running.body->id, static_cast<std::uint8_t>(running.place), std::move(command)});
+    }
+  }
+  return acts;
+}
+
+void ProgramPhase::act(Running& running) {
+  ProgramRecord& record = running.body->programs[running.place];
+  if (!record.fault.empty()) return;
+  put_in_order(running.findings, running.asks);
+  record.wake_at = 0;
+  const Senses senses = senses_of(running);
+  Actor actor(senses, running.commands, record.wake_at);
+  find_program(record.kind)->run(senses, record.values, actor);
+  if (running.commands.size() > kProgramActsMax) {
+    stop(record, absl::StrCat("it acts more than ", kProgramActsMax, " times in a tick"), tick_);
+  } else if (!is_finite(record.values)) {
+    stop(record, "a value is not finite", tick_);
+  }
+  if (record.fault.empty()) return;
+  running.commands.clear();
+  for (double& value : record.values) value = std::isfinite(value) ? value : 0;
+}
+
+std::vector<Command> collected_acts(std::vector<ProgramActs> acts) {
+  std::vector<ProgramAct> all;
+  for (ProgramActs& some : acts) std::ranges::move(some.acts, std::back_inserter(all));
+  std::ranges::stable_sort(all, {}, [](const ProgramAct& act) { return std::pair(act.by, act.program); });
+  std::vector<Command> commands;
+  commands.reserve(all.size());
+  for (ProgramAct& act : all) commands.push_back(std::move(act.command));
+  return commands;
+}
+
+void append_wakes(std::vector<BodyId> triggers, ProgramActs& acts) {
+  std::ranges::sort(triggers);
+  const auto again = std::ranges::unique(triggers);
+  triggers.erase(again.begin(), again.end());
+  for (const BodyId trigger : triggers)
+    acts.acts.push_back({trigger, 0, TellProgram{trigger, kAllPrograms, {}, {}}});
+}
+
+bool awaits_programs(const Sector& sector) {
+  return std::ranges::any_of(sector.programmed, [](const HomeBody* body) {
+    return std::ranges::any_of(body->programs,
+                               [](const ProgramRecord& record) { return record.wake_at != 0; });
+  });
+}
+
+}  // namespace tessera

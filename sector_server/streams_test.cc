@@ -1,0 +1,85 @@
+// Streams over real gRPC on loopback, without a world.
+#include "sector_server/streams.h"
+
+#include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <list>
+#include <semaphore>
+#include <string>
+
+#include "proto/stream_limits.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::HasSubstr;
+
+class StreamsTest : public ::testing::Test {
+ protected:
+  struct Call {
+    grpc::ClientContext context;
+    std::unique_ptr<grpc::ClientReader<v1::BodyBatch>> reader;
+  };
+
+  StreamsTest() {
+    grpc::ServerBuilder builder;
+    int port = 0;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(&streams_);
+    server_ = builder.BuildAndStart();
+    stub_ = v1::Streams::NewStub(
+        grpc::CreateChannel("127.0.0.1:" + std::to_string(port), grpc::InsecureChannelCredentials()));
+  }
+  ~StreamsTest() override {
+    for (Call& call : calls_) call.context.TryCancel();
+    streams_.shut_down();
+    server_->Shutdown();
+  }
+
+  Call& watch(int ids) {
+    v1::WatchBodiesRequest request;
+    for (int n = 0; n < ids; ++n) request.add_ids(static_cast<std::uint64_t>(n) + 1);
+    Call& call = calls_.emplace_back();
+    call.reader = stub_->WatchBodies(&call.context, request);
+    return call;
+  }
+  static grpc::Status end_of(Call& call) {
+    v1::BodyBatch batch;
+    while (call.reader->Read(&batch)) {
+    }
+    return call.reader->Finish();
+  }
+
+  std::counting_semaphore<> claimed_{0};
+  Streams streams_{NodeId{1}, [this] { claimed_.release(); }};
+  std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<v1::Streams::Stub> stub_;
+  std::list<Call> calls_;
+};
+
+TEST_F(StreamsTest, IdsAreBoundedInAll) {
+  for (int n = 0; n < kAllWatchedIdsMax / kWatchedIdsMax; ++n) {
+    watch(kWatchedIdsMax);
+    claimed_.acquire();
+  }
+  const grpc::Status refused = end_of(watch(1));
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.error_message(), HasSubstr("ids: with these 1"));
+  EXPECT_THAT(refused.error_message(), HasSubstr("more than 1000000"));
+  watch(0);  // all bodies
+  claimed_.acquire();
+  const std::optional<v1::Subscriptions> told = streams_.changed_subscriptions();
+  ASSERT_TRUE(told.has_value());
+  EXPECT_LT(told->ByteSizeLong(), std::size_t{16} << 20) << "what servers tell each other";
+}
+
+TEST_F(StreamsTest, IdsAreBoundedInEach) {
+  const grpc::Status refused = end_of(watch(kWatchedIdsMax + 1));
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(refused.error_message(), HasSubstr("ids: 100001 must be at most 100000"));
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,121 @@
+#include "worlds/loader/program_reader.h"
+
+#include <absl/status/statusor.h>
+#include <absl/strings/match.h>
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/string_view.h>
+
+#include <optional>
+#include <span>
+
+#include "lpss/model/limits.h"
+#include "lpss/programs/registry.h"
+#include "worlds/loader/sdf_parser.h"
+
+namespace tessera {
+namespace {
+
+// Between what is kept of a program, and between programs.
+constexpr absl::string_view kSeparator = ";";
+constexpr absl::string_view kNext = ";;";
+
+bool is_body(const NumberSpec& spec) { return spec.unit == kBodyUnit; }
+
+const NumberSpec* find_spec(const Program& program, absl::string_view name) {
+  for (const auto table : {program.parameters(), program.inputs()}) {
+    if (const std::optional<std::uint32_t> place = place_of(name, table)) return &table[*place];
+  }
+  return nullptr;
+}
+
+// "name=value"
+absl::StatusOr<std::string> kept_number(const xml::Element& element, const Program& program,
+                                        const char* name) {
+  const NumberSpec* const spec = find_spec(program, name);
+  if (spec == nullptr) {
+    return xml::invalid(element, no_number(program, name));
+  }
+  if (is_body(*spec)) {
+    const std::string body = element.Attribute(name);
+    if (body.empty() || absl::StrContains(body, kSeparator))
+      return xml::invalid(element, "'", name, "' must be the name of a body, without ';'");
+    return absl::StrCat(name, "=", body);
+  }
+  const absl::StatusOr<double> value = xml::number_attribute(element, name);
+  if (!value.ok()) return value.status();
+  const absl::Status status = check_number(*spec, *value);
+  if (!status.ok()) return xml::invalid(element, status.message());
+  return absl::StrFormat("%s=%.17g", name, *value);
+}
+
+absl::StatusOr<std::string> kept_program(const xml::Element& element) {
+  const absl::StatusOr<std::string> kind = xml::required_attribute(element, "kind");
+  if (!kind.ok()) return kind.status();
+  const Program* const program = find_program(*kind);
+  if (program == nullptr) return xml::invalid(element, new_program(*kind).status().message());
+  std::string kept = *kind;
+  for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
+       attribute = attribute->Next()) {
+    if (absl::string_view(attribute->Name()) == "kind") continue;
+    const absl::StatusOr<std::string> number = kept_number(element, *program, attribute->Name());
+    if (!number.ok()) return number.status();
+    absl::StrAppend(&kept, kSeparator, *number);
+  }
+  return kept;
+}
+
+// Of what was kept: its names and numbers are right.
+void take_number(const Program& program, absl::string_view name, const std::string& text,
+                 ProgramTemplate& result) {
+  const std::optional<std::uint32_t> parameter = place_of(name, program.parameters());
+  if (parameter && is_body(program.parameters()[*parameter])) {
+    result.bodies.emplace_back(*parameter, text);
+    return;
+  }
+  double value = 0;
+  if (absl::SimpleAtod(text, &value)) set_number(result.record, name, value).IgnoreError();
+}
+
+}  // namespace
+
+absl::Status keep_programs(xml::Element& link) {
+  xml::Element* const first = link.FirstChildElement(kProgram.data());
+  if (first == nullptr) return absl::OkStatus();
+  std::vector<std::string> kept;
+  while (xml::Element* const next = link.FirstChildElement(kProgram.data())) {
+    absl::StatusOr<std::string> program = kept_program(*next);
+    if (!program.ok()) return program.status();
+    kept.push_back(*std::move(program));
+    if (kept.size() > kProgramsPerBodyMax)
+      return xml::invalid(*next, "a link must have at most ", kProgramsPerBodyMax, " programs");
+    link.DeleteChild(next);
+  }
+  xml::Element* const all = link.InsertNewChildElement(kProgram.data());
+  all->SetText(absl::StrJoin(kept, kNext).c_str());
+  return absl::OkStatus();
+}
+
+std::vector<ProgramTemplate> programs_of(const sdf::Link& link) {
+  std::vector<ProgramTemplate> result;
+  std::string text;
+  if (!find_value(link.Element(), {kProgram.data()}, text)) return result;
+  for (const std::string& kept : std::vector<std::string>(absl::StrSplit(text, kNext))) {
+    const std::vector<std::string> words = absl::StrSplit(kept, kSeparator);
+    const Program* const program = find_program(words[0]);
+    absl::StatusOr<ProgramRecord> record = new_program(words[0]);
+    if (!record.ok()) continue;
+    ProgramTemplate& entry = result.emplace_back();
+    entry.record = *std::move(record);
+    for (const std::string& word : std::span(words).subspan(1)) {
+      const std::pair<std::string, std::string> number = absl::StrSplit(word, absl::MaxSplits('=', 1));
+      take_number(*program, number.first, number.second, entry);
+    }
+  }
+  return result;
+}
+
+}  // namespace tessera

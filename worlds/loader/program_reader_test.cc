@@ -1,0 +1,68 @@
+// Programs of links in world files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "lpss/programs/registry.h"
+#include "worlds/loader/world_text_for_tests.h"
+
+namespace tessera {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kProgrammedBox = collision("<box><size>1 1 1</size></box>");
+
+std::string world_with_program(const std::string& program, const std::string& more = "") {
+  return world(model("m", "", kProgrammedBox + more + program) + model("other", "", kProgrammedBox));
+}
+
+double parameter_of(const ProgramRecord& record, absl::string_view name) {
+  return record.parameters.at(place_of(name, find_program(record.kind)->parameters()).value());
+}
+
+std::string error_of_program(const std::string& text) {
+  const absl::StatusOr<LoadedWorld> loaded = load_world_string(text, "/");
+  EXPECT_FALSE(loaded.ok());
+  return std::string(loaded.status().message());
+}
+
+TEST(ProgramsOfFiles, AreReadWithTheirNumbersInTheirOrder) {
+  const LoadedWorld loaded =
+      load(world_with_program("<tessera:program kind='character' step='0.25' x='1.5'/>"
+                              "<tessera:program kind='wander' radius='3'/>"));
+  const std::vector<ProgramRecord>& programs = loaded.world.bodies.at(0).programs;
+  ASSERT_EQ(programs.size(), 2u);
+  EXPECT_EQ(programs[0].kind, "character");
+  EXPECT_EQ(parameter_of(programs[0], "step"), 0.25);
+  EXPECT_EQ(parameter_of(programs[0], "height"), 1) << "what is not named is as at first";
+  EXPECT_EQ(programs[0].inputs.at(0), 1.5);
+  EXPECT_EQ(programs[1].kind, "wander");
+  EXPECT_EQ(parameter_of(programs[1], "radius"), 3);
+  EXPECT_TRUE(check_programs(loaded.world).ok());
+}
+
+TEST(ProgramsOfFiles, NameBodies) {
+  const LoadedWorld loaded = load(
+      world_with_program("<tessera:program kind='pad' body='other::l'/>", "<kinematic>true</kinematic>"));
+  EXPECT_EQ(parameter_of(loaded.world.bodies.at(0).programs.at(0), "body"), 2);
+  EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='pad' body='nobody::l'/>")),
+              HasSubstr("names the body 'nobody::l', which is not there"));
+}
+
+TEST(ProgramsOfFiles, SayWhatIsWrong) {
+  EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='walker'/>")),
+              HasSubstr("there is no program \"walker\"; there are: character"));
+  EXPECT_THAT(error_of_program(world_with_program("<tessera:program step='1'/>")), HasSubstr("kind"));
+  EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='mover' spead='1'/>")),
+              HasSubstr("program mover has no number 'spead'; it has: x, y, z, speed"));
+  EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='mover' speed='-1'/>")),
+              HasSubstr("speed = -1 m/s must be at least 1e-06 m/s"));
+  std::string nine;
+  for (int n = 0; n < 9; ++n) nine += "<tessera:program kind='wander'/>";
+  EXPECT_THAT(error_of_program(world_with_program(nine)), HasSubstr("at most 8 programs"));
+}
+
+}  // namespace
+}  // namespace tessera
