@@ -5,6 +5,9 @@ if(TESSERA_WERROR)
   list(APPEND tessera_warnings -Werror)
 endif()
 
+# What tests measure is in libraries: the tests themselves compile in three quarters of the time with -O1.
+set(tessera_test_optimisation $<$<CONFIG:Release>:-O1>)
+
 # Programs run several times slower under a sanitizer.
 set(tessera_slowness 1)
 if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
@@ -39,6 +42,9 @@ function(tessera_compile_fast target headers)
     target_compile_options(${target} PRIVATE -fPIC)
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${group})
+  if(headers STREQUAL test)
+    target_compile_options(${target} PRIVATE ${tessera_test_optimisation})
+  endif()
   # Local types stay local, although the file is included by another.
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
   target_precompile_headers(${target} REUSE_FROM tessera_precompiled_${headers})
