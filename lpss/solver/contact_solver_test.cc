@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <limits>
 #include <random>
@@ -238,6 +239,29 @@ TYPED_TEST(ContactSolverTest, PatchesThatShareNoBodyCommute) {
     for (std::size_t n = 1; n <= 5; ++n) ends[reversed].push_back(cubes.centre(n));
   }
   EXPECT_EQ(ends[0], ends[1]);
+}
+
+// Whether others that are solved in the same task have surfaces depends on who hosts them.
+TYPED_TEST(ContactSolverTest, SurfacesOfOthersChangeNoBitOfACubeThatHardlyTurns) {
+  using V = typename Cubes<TypeParam>::Vector;
+  const TypeParam spin = std::sqrt(std::numeric_limits<TypeParam>::denorm_min()) / 1024;  // its square is 0
+  for (const int lanes : ContactSolver<TypeParam>::widths()) {
+    V ends[2];
+    for (const bool has_surface : {false, true}) {
+      Cubes<TypeParam> cubes;
+      cubes.set_lanes(lanes);
+      for (const std::size_t n : {1, 2}) {
+        cubes.add(V(TypeParam(4 * n), 0, 2));
+        cubes.touch(n, 0);
+      }
+      cubes.body(1).angular = V(spin, 0, 0);
+      typename ContactSolver<TypeParam>::Surface surface;
+      if (has_surface) cubes.patches()[1].surface = &surface;
+      cubes.step();
+      ends[has_surface] = cubes.body(1).angular;
+    }
+    EXPECT_EQ(ends[0], ends[1]) << lanes << " lanes";
+  }
 }
 
 // A server that solves an island of others does not know where static bodies are.
