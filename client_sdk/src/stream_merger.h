@@ -248,10 +248,11 @@ class StreamMerger {
   }
 
   // Whether nothing more comes of its ticks: those of its servers that stay tell of later ones, and the
-  // others have ended.
+  // others have ended. A later period may have been over before a server that joined in it could tell.
   bool is_over(typename Periods::const_iterator period) const {
     const auto next = std::next(period);
-    if (next == periods_.end() || !next->second.all_have_told()) return false;
+    const auto all_have_told = [](const auto& later) { return later.second.all_have_told(); };
+    if (std::none_of(next, periods_.end(), all_have_told)) return false;
     return std::all_of(period->second.sources.begin(), period->second.sources.end(), [&](const auto& source) {
       return ended_.contains(source.first) || std::any_of(next, periods_.end(), [&](const auto& later) {
                return later.second.sources.contains(source.first);

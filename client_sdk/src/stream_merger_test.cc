@@ -189,6 +189,24 @@ TEST(StreamMergerTest, WhatAServerDoesNotTellAnyMoreIsLeftOut) {
   EXPECT_EQ(merger.skipped(), 1u);
 }
 
+// After the loss of everything, servers join one after the other: the second is not watched yet when it
+// joins.
+TEST(StreamMergerTest, AServerThatDidNotTellOfItsFirstPeriodHoldsNothingUp) {
+  StreamMerger<BodyNews> merger;
+  for (const Tick tick : {1, 2}) merger.push(since(0, 1, 0), part(tick, {1}));
+  for (const Tick tick : {3, 4}) merger.push(since(0, 2, 3), part(tick, {1}));
+  for (const Tick tick : {5, 6}) merger.push(since(0, 3, 5), part(tick, {1}));
+  merger.push(since(8, 3, 5), part(5, {2}));
+  merger.push(since(9, 3, 5), part(5, {3}));
+  EXPECT_EQ(merger.next(kNow)->tick, 1u);
+  EXPECT_EQ(merger.next(kNow)->tick, 2u);
+  const absl::StatusOr<BodyNews> frame = merger.next(kNow);
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  EXPECT_EQ(frame->tick, 5u);
+  EXPECT_EQ(ids(*frame), (std::vector<std::uint64_t>{1, 2, 3}));
+  EXPECT_EQ(merger.skipped(), 2u);
+}
+
 TEST(StreamMergerTest, AllSourcesMustAnswer) {
   StreamMerger<BodyNews> merger;
   merger.push(server(0, 2), part(1, {}));
