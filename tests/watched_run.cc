@@ -9,6 +9,7 @@ namespace tessera::testing {
 namespace {
 
 constexpr absl::Duration kLookAfter = absl::Seconds(1);
+constexpr absl::Duration kAskAgain = absl::Milliseconds(50);
 
 }  // namespace
 
@@ -125,8 +126,21 @@ void WatchedRun::take(const BodyFrame& frame) {
   }
 }
 
+// Ticks from before a coordinator was replaced may still be read while the next one begins, which refuses
+// calls until then.
+absl::StatusOr<Tick> WatchedRun::pause() {
+  const absl::Time end = absl::Now() + patience_;
+  for (;;) {
+    const absl::StatusOr<Tick> tick = client_of_run_->pause(patience_);
+    if (!absl::IsUnavailable(tick.status()) || absl::Now() > end || HasFatalFailure()) return tick;
+    read_what_is_there(absl::Now() + kAskAgain);
+  }
+}
+
 void WatchedRun::expect_as_undisturbed() {
-  const Tick tick = client_of_run_->pause(patience_).value();
+  const absl::StatusOr<Tick> paused = pause();
+  ASSERT_THAT(paused.status(), IsOk());
+  const Tick tick = *paused;
   read_until(tick);
   const absl::StatusOr<HashAt> hash = client_of_run_->hash(patience_);
   ASSERT_THAT(hash.status(), IsOk());

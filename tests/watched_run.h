@@ -46,6 +46,8 @@ class WatchedRun : public ::testing::Test {
   void read_until(Tick tick);
   // The next tick, if it comes before `end`.
   void read_what_is_there(absl::Time end);
+  // Pauses the world, once there is a coordinator.
+  absl::StatusOr<Tick> pause();
   void expect_as_undisturbed();
 
   const WorldDescription world_ = read_world("busy.sdf");
