@@ -97,7 +97,8 @@ Scalar Body::surge_of(const Wrench& wrench, Scalar dt) const {
   if (!is_dynamic()) return 0;
   const Vector turn = (pose.rotation.transpose() * vector(wrench.torque)).cwiseProduct(inverse_moments);
   const Scalar acceleration = vector(wrench.force).norm() * inverse_mass + turn.norm() * solid->swing();
-  return std::min(acceleration * (dt * dt), Scalar(kSurgeMax));
+  const Scalar way = acceleration * (dt * dt);
+  return way < Scalar(kSurgeMax) ? way : Scalar(kSurgeMax);  // also of what is no number
 }
 
 void Body::set_surface(const Surface& given) {

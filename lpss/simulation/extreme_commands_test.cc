@@ -206,5 +206,16 @@ TEST(ExtremeForces, WhatTheyPressSleepsAndCanBeRestored) {
   }
 }
 
+// What a torque does to a small ball in a tick is beyond the numbers of f32, and moves no point of it.
+TEST(ExtremeForces, WhatTheyTurnBeyondAllNumbersCanBeRestored) {
+  WorldBuilder builder(crowded_world().settings);
+  const ShapeId ball = builder.shape(Sphere{1e-4});
+  builder.add("ball", ball, kMassMin, {0.1 - kExtremeSector / 2, 0, 2});  // others know it
+  const auto cluster = cluster_of(builder.world(), 2);
+  cluster->step(std::vector<Command>{ApplyForce{BodyId{1}, {{}, {0, 0, kTorqueMax}}}});
+  const WorldSnapshot snapshot = cluster->snapshot();
+  EXPECT_TRUE(validate(snapshot).ok()) << validate(snapshot);
+}
+
 }  // namespace
 }  // namespace tessera
