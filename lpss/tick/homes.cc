@@ -51,6 +51,7 @@ void decide_home(const Partition& partition, HomeBody& body, Decided& decided) {
   const absl::StatusOr<SectorIndex> next = translated(body.sector->index, *offset);
   if (!next.ok()) {
     world.set_state(body.slot, stopped(world.state(body.slot), partition.sector_size()));
+    body.swept = world.swept_box(body.slot, partition.dt());
     decided.stopped.push_back({body.id, DivergenceKind::kSector});
     return;
   }

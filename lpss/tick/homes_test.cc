@@ -102,6 +102,9 @@ TEST(Homes, ABodyIsStoppedAtTheEdgeOfTheWorld) {
   EXPECT_FALSE(body(*partition, 1).next_home);
   EXPECT_THAT(partition->leaving, IsEmpty());
   EXPECT_THAT(state_of(*partition, 1).linear_velocity, ElementsAre(0, 0, 0));
+  const HomeBody& there = body(*partition, 1);
+  EXPECT_TRUE(there.swept.isApprox(there.sector->world->swept_box(there.slot, partition->dt())))
+      << "others are not told of a way that it does not go";
   EXPECT_THAT(state_of(*partition, 1).position, ElementsAre(partition->sector_size() / 2, 0, 0));
 }
 
