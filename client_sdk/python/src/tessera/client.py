@@ -15,12 +15,11 @@ from typing import Any, TypeAlias, TypeVar, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tessera import commands as of_commands
 from tessera import queries as of_queries
 from tessera._proto import tessera_pb2
 from tessera._proto.command_pb2 import Command
 from tessera.body_streams import BodyStream, BodySubscriber
-from tessera.client_methods import adding, asking, doing
+from tessera.commands import CommandMethods
 from tessera.coordinators import Coordinators, is_worth_another
 from tessera.errors import FailedPrecondition, InvalidArgument, NotFound, raising
 from tessera.frame import (
@@ -34,7 +33,7 @@ from tessera.frame import (
 )
 from tessera.keys import Keys
 from tessera.position import ORIGIN, Floats, PositionLike, VectorLike
-from tessera.queries import Answers, Catalogue, Query
+from tessera.queries import Answers, Catalogue, Query, QueryMethods
 from tessera.references import BodyName, IdsLike, id_list, name_list
 from tessera.request_session import RequestSession
 from tessera.results import Applied, FoundBody, FoundFrame, LoadSummary, RayHit, RayHits, Region
@@ -62,7 +61,7 @@ T = TypeVar("T")
 _PIECE_BYTES = 1 << 20
 
 
-class Client:
+class Client(CommandMethods, QueryMethods):
     """A connection to the coordinator of a cluster.
 
         with tessera.Client("127.0.0.1:7300") as client:
@@ -162,7 +161,8 @@ class Client:
         self._applied = 0
         return LoadSummary(reply.bodies, reply.sectors, reply.servers)
 
-    # --- commands, ticks and queries: `tessera.commands` and `tessera.queries` make them ---
+    # --- commands, ticks and queries: `tessera.commands` and `tessera.queries` make them, and
+    # have the methods that are one command or one query ---
 
     def run(
         self,
@@ -224,26 +224,6 @@ class Client:
     def ask_one(self, query: Query[T], timeout: float | None = CALL_TIMEOUT_S) -> T:
         """The result of one query."""
         return self.ask([query], timeout)[query]
-
-    # --- one command: each returns the tick at which it takes effect, or what it makes ---
-
-    spawn = adding(of_commands.spawn)
-    remove = doing(of_commands.remove)
-    set_velocity = doing(of_commands.set_velocity)
-    apply_impulse = doing(of_commands.apply_impulse)
-    apply_force = doing(of_commands.apply_force)
-    set_force = doing(of_commands.set_force)
-    tell_program = doing(of_commands.tell_program)
-    apply_radial_impulse = doing(of_commands.apply_radial_impulse)
-    teleport = doing(of_commands.teleport)
-    set_state = doing(of_commands.set_state)
-    set_properties = doing(of_commands.set_properties)
-    set_kinematic_target = doing(of_commands.set_kinematic_target)
-    set_surface_motion = doing(of_commands.set_surface_motion)
-    add_joint = adding(of_commands.add_joint)
-    remove_joint = doing(of_commands.remove_joint)
-    set_drive = doing(of_commands.set_drive)
-    set_drives = doing(of_commands.set_drives)
 
     # --- time ---
 
@@ -321,22 +301,6 @@ class Client:
         return status
 
     # --- one query ---
-
-    hash = asking(of_queries.hash)
-    near = asking(of_queries.near)
-    sweep = asking(of_queries.sweep)
-    body_states = asking(of_queries.body_states)
-    joint_states = asking(of_queries.joint_states)
-    contacts = asking(of_queries.contacts)
-    programs = asking(of_queries.programs)
-    distance = asking(of_queries.distance)
-    dynamics = asking(of_queries.dynamics)
-    mass_matrix = asking(of_queries.mass_matrix)
-    jacobian = asking(of_queries.jacobian)
-    inverse_dynamics = asking(of_queries.inverse_dynamics)
-    find_bodies = asking(of_queries.find_bodies)
-    find_joints = asking(of_queries.find_joints)
-    find_frames = asking(of_queries.find_frames)
 
     @overload
     def raycast(

@@ -6,12 +6,11 @@ import inspect
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
-from tessera._proto.command_pb2 import Command
-from tessera.queries import Query
-from tessera.results import Added
-
 if TYPE_CHECKING:
+    from tessera._proto.command_pb2 import Command
     from tessera.client import Client
+    from tessera.queries import Query
+    from tessera.results import Added
 
 P = ParamSpec("P")
 T = TypeVar("T")

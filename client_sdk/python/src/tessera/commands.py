@@ -26,6 +26,7 @@ from tessera._proto import world_pb2
 from tessera._proto.command_pb2 import AddJoint, Model, Spawn
 from tessera._proto.command_pb2 import Command as Command  # for annotations
 from tessera.body import Body, Motion
+from tessera.client_methods import adding, doing
 from tessera.joint import Drive, DriveMode, Joint
 from tessera.position import (
     IDENTITY,
@@ -343,6 +344,28 @@ def set_drives(
         drive.target, drive.stiffness, drive.damping, drive.velocity, drive.effort = values
         result.append(command)
     return result
+
+
+class CommandMethods:
+    """Methods of a client that are one command. Each returns the tick at which it takes effect, or what it makes."""
+
+    spawn = adding(spawn)
+    remove = doing(remove)
+    set_velocity = doing(set_velocity)
+    apply_impulse = doing(apply_impulse)
+    apply_force = doing(apply_force)
+    set_force = doing(set_force)
+    tell_program = doing(tell_program)
+    apply_radial_impulse = doing(apply_radial_impulse)
+    teleport = doing(teleport)
+    set_state = doing(set_state)
+    set_properties = doing(set_properties)
+    set_kinematic_target = doing(set_kinematic_target)
+    set_surface_motion = doing(set_surface_motion)
+    add_joint = adding(add_joint)
+    remove_joint = doing(remove_joint)
+    set_drive = doing(set_drive)
+    set_drives = doing(set_drives)
 
 
 def _of(kind: str, body: BodyName, **fields: Any) -> Command:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tessera._proto import query_pb2, tessera_pb2, world_pb2
+from tessera.client_methods import asking
 from tessera.errors import DataLoss
 from tessera.frame import FoundContacts, to_found_contacts
 from tessera.position import (
@@ -374,6 +375,26 @@ def find_frames(prefix: str = "", limit: int = 0) -> Query[list[FoundFrame]]:
         lambda result, tick: [_frame(found) for found in result.find_frames.frames],
         find_frames={"name_prefix": prefix, "limit": limit},
     )
+
+
+class QueryMethods:
+    """Methods of a client that are one query. Each returns its result."""
+
+    hash = asking(hash)
+    near = asking(near)
+    sweep = asking(sweep)
+    body_states = asking(body_states)
+    joint_states = asking(joint_states)
+    contacts = asking(contacts)
+    programs = asking(programs)
+    distance = asking(distance)
+    dynamics = asking(dynamics)
+    mass_matrix = asking(mass_matrix)
+    jacobian = asking(jacobian)
+    inverse_dynamics = asking(inverse_dynamics)
+    find_bodies = asking(find_bodies)
+    find_joints = asking(find_joints)
+    find_frames = asking(find_frames)
 
 
 def _only_jacobian(found: Dynamics) -> Floats:
