@@ -161,6 +161,33 @@ def test_each_contact_is_told_once_whatever_the_server(client: tessera.Client) -
     assert all(abs(contact.normal[2]) > 0.99 for contact in begun)
 
 
+def test_seams_are_those_of_all_servers(client: tessera.Client) -> None:
+    client.load(WORLDS / "seam.sdf", replace=True)
+    tower = [body.id for body in client.find_bodies("tower_2::")]
+    beside = tessera.Region((5, 2, 0), (2, 2, 50))
+    nowhere = tessera.Region(tessera.WorldPosition(sector=(1000, 0, 0)), (2, 2, 2))
+    with client.watch_seams() as all_seams, client.watch_seams(
+        region=beside, every_ticks=10
+    ) as some, client.watch_seams(region=nowhere) as none:
+        client.step(20)
+        for tick in range(21):
+            frame, empty = all_seams.next(PATIENCE_S), none.next(PATIENCE_S)
+            assert frame.tick == empty.tick == tick
+            assert len(empty.clones) == len(empty.islands) == len(empty.bodies) == 0
+            assert empty.sectors.shape == (0, 3)
+        at_tower = [some.next(PATIENCE_S) for _ in range(3)]
+    assert [one.tick for one in at_tower] == [0, 10, 20]
+    count = len(frame.clones)
+    assert count > 0
+    assert frame.sectors.shape == (count, 3) and frame.sectors.dtype == np.int64
+    assert set(frame.servers.tolist()) <= hosts(client).keys()
+    order = list(zip(frame.clones.tolist(), frame.sectors.tolist()))
+    assert order == sorted(order)
+    assert frame.islands.tolist() == sorted(frame.islands.tolist())
+    assert [bodies.tolist() for bodies in frame.bodies].count(tower) == 1
+    assert [bodies.tolist() for bodies in at_tower[-1].bodies] == [tower]
+
+
 def test_ends_when_the_world_is_replaced(client: tessera.Client) -> None:
     client.load(crossing_world(), replace=True)
     client.step()

@@ -14,7 +14,7 @@ from tessera._proto.command_pb2 import Command
 from tessera._proto.world_pb2 import Shape
 from tessera.body import Body, Motion, Program, Surface
 from tessera.body_streams import BodyStream
-from tessera.client import Client, ContactStream, DivergenceStream, Status
+from tessera.client import Client, ContactStream, DivergenceStream, SeamStream, Status
 from tessera.cluster import Cluster
 from tessera.commands import PlacedBody, PlacedJoint
 from tessera.errors import (
@@ -42,9 +42,11 @@ from tessera.frame import (
     DivergenceKind,
     FoundContacts,
     Phase,
+    SeamFrame,
     Trajectory,
 )
 from tessera.joint import Axis, Drive, DriveMode, Joint, JointType, Mimic
+from tessera.joint_stream import JointFrame, JointStream
 from tessera.position import WorldPosition, relative_to
 from tessera.queries import Answers, Catalogue, Query
 from tessera.references import BodyName, JointName
@@ -125,8 +127,10 @@ __all__ = [
     "HashAt",
     "InvalidArgument",
     "Joint",
+    "JointFrame",
     "JointName",
     "JointStates",
+    "JointStream",
     "JointType",
     "LoadSummary",
     "Mimic",
@@ -145,7 +149,9 @@ __all__ = [
     "RayHits",
     "Region",
     "ResourceExhausted",
+    "SeamFrame",
     "SeamPolicy",
+    "SeamStream",
     "Settings",
     "Shape",
     "Status",

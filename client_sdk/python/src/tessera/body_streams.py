@@ -13,7 +13,7 @@ from tessera.keys import Keys
 from tessera.known_bodies import KnownBodies
 from tessera.position import position_message, to_vector, vector_message
 from tessera.results import Region
-from tessera.stream import AskStatus, Gateway, Stream
+from tessera.stream import AskStatus, Frame, Gateway, Stream
 
 BYTES_PER_SECOND_MIN = 10_000  # for each server: proto/stream_limits.h
 
@@ -44,11 +44,21 @@ class BodySubscriber:
         timeout: float | None,
     ) -> BodyStream:
         """Bodies that match the request, in a region or everywhere."""
+        return self.watch(request, region, complete, timeout, lambda frame: frame)
+
+    def watch(
+        self,
+        request: tessera_pb2.WatchBodiesRequest,
+        region: Region | None,
+        complete: bool,
+        timeout: float | None,
+        read: Callable[[BodyFrame], Frame],
+    ) -> Stream[tessera_pb2.BodyBatch, Frame]:
+        """Likewise, what `read` makes of their frames."""
         here = tessera_pb2.WatchBodiesRequest()
         here.CopyFrom(request)
         if region is not None:
-            here.region.centre.CopyFrom(position_message(region.centre))
-            here.region.half_size.CopyFrom(vector_message(region.half_size, "half_size"))
+            here.region.CopyFrom(region_message(region))
         status = self._watchable(timeout)
         here.bytes_per_second = _shared_out(here.bytes_per_second, status)
         known = KnownBodies(
@@ -57,7 +67,7 @@ class BodySubscriber:
         return Stream(
             "WatchBodies",
             here,
-            known.take,
+            lambda tick, parts: read(known.take(tick, parts)),
             status,
             self._ask_status,
             self._gateway,
@@ -87,6 +97,12 @@ class BodySubscriber:
         half_size = to_vector(vector_message(region.half_size, "half_size"))
         of_leader = self.subscribe(leader, None, True, timeout)
         return FollowedBodies(of_leader, half_size, complete, open_area, timeout)
+
+
+def region_message(region: Region) -> tessera_pb2.Region:
+    return tessera_pb2.Region(
+        centre=position_message(region.centre), half_size=vector_message(region.half_size, "half_size")
+    )
 
 
 def _shared_out(bytes_per_second: int, status: tessera_pb2.StatusReply) -> int:

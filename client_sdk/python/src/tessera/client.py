@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from tessera import queries as of_queries
 from tessera._proto import tessera_pb2
 from tessera._proto.command_pb2 import Command
-from tessera.body_streams import BodyStream, BodySubscriber
+from tessera.body_streams import BodyStream, BodySubscriber, region_message
 from tessera.commands import CommandMethods
 from tessera.coordinators import Coordinators, is_worth_another
 from tessera.errors import FailedPrecondition, InvalidArgument, NotFound, raising
@@ -26,17 +26,20 @@ from tessera.frame import (
     BodyFrame,
     ContactFrame,
     DivergenceFrame,
+    SeamFrame,
     Trajectory,
     contact_frame,
     divergence_frame,
+    seam_frame,
     trajectory,
 )
+from tessera.joint_stream import JointStream, WatchedJoints
 from tessera.keys import Keys
 from tessera.position import ORIGIN, Floats, PositionLike, VectorLike
 from tessera.queries import Answers, Catalogue, Query, QueryMethods
 from tessera.references import BodyName, IdsLike, id_list, name_list
 from tessera.request_session import RequestSession
-from tessera.results import Applied, FoundBody, FoundFrame, LoadSummary, RayHit, RayHits, Region
+from tessera.results import Applied, FoundBody, FoundFrame, FoundJoint, LoadSummary, RayHit, RayHits, Region
 from tessera.stream import Frame, Stream
 from tessera.stream_merger import FRAMES_QUEUED_MAX, Part
 from tessera.whole_file import whole_file
@@ -55,6 +58,7 @@ Balance: TypeAlias = tessera_pb2.BalanceReply
 
 ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
 DivergenceStream: TypeAlias = Stream[tessera_pb2.DivergenceBatch, DivergenceFrame]
+SeamStream: TypeAlias = Stream[tessera_pb2.SeamBatch, SeamFrame]
 
 T = TypeVar("T")
 
@@ -413,7 +417,7 @@ class Client(CommandMethods, QueryMethods):
             velocity_precision=velocity_precision,
             bytes_per_second=bytes_per_second,
         )
-        subscriber = BodySubscriber(self._watchable, self.status, self._gateway, self._keys)
+        subscriber = self._subscriber()
         if follow is None:
             return subscriber.subscribe(request, region, complete, timeout)
         if region is None:
@@ -442,6 +446,28 @@ class Client(CommandMethods, QueryMethods):
             ids=id_list(ids), persisting=persisting, mask=mask, impulse_min=impulse_min
         )
         return self._watch("WatchContacts", request, contact_frame, timeout)
+
+    def watch_joints(
+        self, joints: Iterable[FoundJoint], *, every_ticks: int = 1, timeout: float | None = CALL_TIMEOUT_S
+    ) -> JointStream:
+        """The positions and rates of joints, as `find_joints()` finds them, from the states of their bodies at each
+        tick. InvalidArgument if there are none.
+        """
+        watched = WatchedJoints(joints)
+        request = tessera_pb2.WatchBodiesRequest(ids=id_list(watched.bodies), every_ticks=every_ticks, in_columns=True)
+        return self._subscriber().watch(request, None, True, timeout, watched.frame)
+
+    def watch_seams(
+        self,
+        *,
+        region: Region | None = None,
+        every_ticks: int = 1,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> SeamStream:
+        """Clones of bodies, and islands across borders; without `region`, everywhere."""
+        within = None if region is None else region_message(region)
+        request = tessera_pb2.WatchSeamsRequest(region=within, every_ticks=every_ticks)
+        return self._watch("WatchSeams", request, seam_frame, timeout)
 
     def watch_divergences(self, timeout: float | None = CALL_TIMEOUT_S) -> DivergenceStream:
         """Bodies that leave the range of numbers, speeds or sectors. The first frame is as that of contacts."""
@@ -489,6 +515,9 @@ class Client(CommandMethods, QueryMethods):
     ) -> Stream[Part, Frame]:
         status = self._watchable(timeout)
         return Stream(method, request, read, status, self.status, self._gateway, self._keys, timeout)
+
+    def _subscriber(self) -> BodySubscriber:
+        return BodySubscriber(self._watchable, self.status, self._gateway, self._keys)
 
     def _gateway(self) -> str:
         return self._coordinators.address

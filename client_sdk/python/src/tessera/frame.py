@@ -24,6 +24,7 @@ from tessera.position import (
     to_vector,
 )
 from tessera.results import FoundFrame
+from tessera.rotation import product, turned
 
 Ids: TypeAlias = NDArray[np.uint64]
 
@@ -80,8 +81,8 @@ class BodyFrame:
         """
         row = self.row(frame.body)
         turn = self.orientations[row]
-        x, y, z = self.local[row] + _turned(turn, np.array(frame.position))
-        qx, qy, qz, qw = _product(turn, np.array(frame.orientation))
+        x, y, z = self.local[row] + turned(turn, np.array(frame.position))
+        qx, qy, qz, qw = product(turn, np.array(frame.orientation))
         i, j, k = (int(index) for index in self.sectors[row])
         position = WorldPosition((float(x), float(y), float(z)), (i, j, k))
         return position, (float(qx), float(qy), float(qz), float(qw))
@@ -194,6 +195,20 @@ class DivergenceFrame:
 
     tick: int
     divergences: Sequence[Divergence]
+
+
+@dataclass(frozen=True, eq=False)
+class SeamFrame:
+    """Copies of bodies in sectors other than their homes, where contact with them is imminent, and awake islands across
+    borders, at one tick.
+    """
+
+    tick: int
+    clones: Ids  # [c], of bodies, ascending; those of one body ascend by sector
+    sectors: Integers  # [c, 3], that they are copied to
+    servers: Ids  # [c], the nodes that host these
+    islands: Ids  # [m], ascending: the smallest id of all bodies of each
+    bodies: Sequence[Ids]  # m, of each island those in the region, ascending
 
 
 @dataclass(frozen=True)
@@ -314,6 +329,25 @@ def to_divergence(message: tessera_pb2.Divergence) -> Divergence:
     return Divergence(message.tick, message.body, DivergenceKind(message.kind), message.joint)
 
 
+def seam_frame(tick: int, parts: Sequence[tessera_pb2.SeamBatch]) -> SeamFrame:
+    """The clones of all servers, and islands, each with its bodies of all servers."""
+    clones = sorted(
+        (clone.body, _sector(clone.sector), part.node) for part in parts for clone in part.clones
+    )
+    islands: dict[int, list[int]] = {}
+    for part in parts:
+        for island in part.islands:
+            islands.setdefault(island.id, []).extend(island.bodies)
+    return SeamFrame(
+        tick=tick,
+        clones=np.array([body for body, _, _ in clones], dtype=np.uint64),
+        sectors=np.array([sector for _, sector, _ in clones], dtype=np.int64).reshape(-1, 3),
+        servers=np.array([server for _, _, server in clones], dtype=np.uint64),
+        islands=np.array(sorted(islands), dtype=np.uint64),
+        bodies=[np.array(sorted(islands[island]), dtype=np.uint64) for island in sorted(islands)],
+    )
+
+
 def trajectory(frames: Sequence[BodyFrame], time_step: float) -> Trajectory:
     """Frames of the same bodies, at least one, along an axis of time."""
     ticks = np.array([frame.tick for frame in frames], dtype=np.uint64)
@@ -352,15 +386,3 @@ def to_contact(contact: query_pb2.Contact) -> Contact:
         ),
         contact.trigger,
     )
-
-
-def _turned(q: Floats, v: Floats) -> Floats:
-    """A vector, turned by a unit quaternion x y z w."""
-    across = 2 * np.cross(q[:3], v)
-    turned: Floats = v + q[3] * across + np.cross(q[:3], across)
-    return turned
-
-
-def _product(a: Floats, b: Floats) -> Floats:
-    """The rotation by b, followed by that by a."""
-    return np.append(a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3]), a[3] * b[3] - a[:3] @ b[:3])

@@ -362,7 +362,15 @@ def find_joints(prefix: str = "", limit: int = 0) -> Query[list[FoundJoint]]:
     """Joints whose names begin with `prefix`, ascending by id, at most `limit`; 0: 1000."""
     return _one(
         lambda result, tick: [
-            FoundJoint(found.id, found.joint.name, found.parent, found.child, found.joint)
+            FoundJoint(
+                found.id,
+                found.joint.name,
+                found.parent,
+                found.child,
+                found.joint,
+                to_vector(found.parent_centre),
+                to_vector(found.child_centre),
+            )
             for found in result.find_joints.joints
         ],
         find_joints={"name_prefix": prefix, "limit": limit},

@@ -128,6 +128,9 @@ class FoundJoint:
     parent: str  # name of the body; empty: the world
     child: str
     joint: world_pb2.Joint  # with its latest drives; proto/world.proto has its fields
+    # Centres of mass, in the body frames: the velocities of a BodyFrame are of these points.
+    parent_centre: Vector = (0.0, 0.0, 0.0)
+    child_centre: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
