@@ -144,7 +144,7 @@ absl::Status drive_check(const JointDrive& drive, JointType type) {
   switch (drive.mode) {
     case DriveMode::kFree:
     case DriveMode::kServo:
-      return absl::OkStatus();
+      return bounded("target", drive.target, -kNoBound, kNoBound);
     case DriveMode::kVelocity:
       return velocity_check(drive.target, type);
     case DriveMode::kPosition:
@@ -238,8 +238,8 @@ absl::Status validate(const JointDescription& joint, const BodyProperties* paren
     status = axis_check(properties.axes[n], properties.type);
     if (!status.ok()) return in(absl::StrCat(what, ": axis ", n + 1), status);
   }
-  if (properties.type == JointType::kScrew && (!std::isfinite(properties.pitch) || properties.pitch == 0)) {
-    return refused(what, ": pitch = ", properties.pitch, " m/rad must be finite and not 0");
+  if (!std::isfinite(properties.pitch) || (properties.type == JointType::kScrew && properties.pitch == 0)) {
+    return refused(what, ": pitch = ", properties.pitch, " m/rad must be finite, and of a screw not 0");
   }
   return in(what, validate(joint.drives, properties.type));
 }
