@@ -6,6 +6,7 @@
 
 #include "coordinator/limits.h"
 #include "coordinator/test_cluster.h"
+#include "coordinator/test_mutations.h"
 #include "lpss/programs/registry.h"
 #include "proto/snapshot.h"
 
@@ -264,6 +265,52 @@ TEST(CommandLists, ErrorsNameTheElement) {
   EXPECT_EQ(grants[0].new_shapes(0).id(), 2u) << "the refused one left no shape behind";
 }
 
+// Each kind, in a list after one that is right: the error names the element, and nothing is done.
+class WrongElements : public ::testing::Test {
+ protected:
+  void expect_refused(const v1::Request& list, absl::StatusCode code, const std::string& owner = "") {
+    const int last = list.commands_size() - 1;
+    const v1::Command& command = list.commands(last);
+    const absl::Status status = give(list.commands(), registry_, kNext, owner).status();
+    registry_.roll_back();
+    EXPECT_EQ(status.code(), code) << status << "\n" << command.DebugString();
+    const std::string kind = v1::Command::descriptor()->FindFieldByNumber(command.kind_case())->name();
+    EXPECT_THAT(std::string(status.message()),
+                ::testing::StartsWith(absl::StrCat("commands[", last, "] (", kind, "): ")));
+  }
+  ~WrongElements() override { EXPECT_EQ(written(registry_), written(registry_of(jointed_world()))); }
+
+  WorldRegistry registry_ = registry_of(jointed_world());
+};
+
+TEST_F(WrongElements, NumbersThatAreNone) {
+  for (const v1::Command& command : all_kinds()) {
+    v1::Request list = request_of({push("egg"), command});
+    with_each_number_wrong(*list.mutable_commands(1), [&](const std::string& field) {
+      SCOPED_TRACE(field);
+      expect_refused(list, absl::StatusCode::kInvalidArgument);
+    });
+  }
+}
+
+TEST_F(WrongElements, BodiesAndJointsThatThereAreNot) {
+  for (const v1::Command& command : all_kinds()) {
+    v1::Request list = request_of({push("egg"), command});
+    with_each_reference_wrong(*list.mutable_commands(1), [&](const std::string& field) {
+      SCOPED_TRACE(field);
+      expect_refused(list, absl::StatusCode::kNotFound);
+    });
+  }
+}
+
+TEST_F(WrongElements, BodiesOfAnotherOwner) {
+  for (const v1::Command& command : all_kinds()) {
+    if (command.has_spawn()) continue;
+    expect_refused(request_of({spawn("mine"), push("mine"), command}), absl::StatusCode::kPermissionDenied,
+                   "alice");
+  }
+}
+
 TEST(CommandLists, HaveSoManyElements) {
   WorldRegistry registry = registry_of(small_world());
   google::protobuf::RepeatedPtrField<v1::Command> list;
@@ -274,6 +321,8 @@ TEST(CommandLists, HaveSoManyElements) {
               AllOf(HasSubstr("commands: 100001 elements"), HasSubstr("at most 100000")));
   list.RemoveLast();
   EXPECT_EQ(give(list, registry, 1)->commands.size(), static_cast<std::size_t>(kCommandsPerListMax));
+  for (int n = list.size(); n < 1'000'000; ++n) list.Add();
+  EXPECT_THAT(std::string(give(list, registry, 1).status().message()), HasSubstr("1000000 elements"));
 }
 
 // A list that there is no room for is not half there.

@@ -3,10 +3,12 @@
 #include "coordinator/query_kinds.h"
 
 #include <map>
+#include <set>
 
 #include "coordinator/coordinator.h"
 #include "coordinator/limits.h"
 #include "coordinator/test_cluster.h"
+#include "coordinator/test_mutations.h"
 #include "proto/body_columns.h"
 
 namespace tessera {
@@ -258,6 +260,88 @@ TEST_F(QueryKinds, LoadsComeFromWhoHostsTheChild) {
   const auto heard = cluster_->query(query);
   cluster_->work_all();
   EXPECT_EQ(heard->code(), absl::StatusCode::kDataLoss) << heard->message();
+}
+
+// One of each kind, in a list after one that is right: the error names the element, and nobody is asked.
+class WrongQueries : public QueryKinds {
+ protected:
+  WrongQueries() {
+    EXPECT_TRUE(cluster_->apply(joint("hinge", "b1", "b2", v1::JOINT_REVOLUTE))->ok());
+    v1::Query ray;
+    *ray.mutable_ray()->mutable_origin() = to_proto(WorldPosition{});
+    *ray.mutable_ray()->mutable_direction() = xyz(0, 0, -1);
+    ray.mutable_ray()->set_length(10);
+    v1::Query sweep;
+    *sweep.mutable_sweep()->mutable_pose() = to_proto(WorldPose{});
+    sweep.mutable_sweep()->mutable_probe()->mutable_sphere()->set_radius(1);
+    *sweep.mutable_sweep()->mutable_direction() = xyz(0, 0, -1);
+    sweep.mutable_sweep()->set_length(10);
+    v1::Query near;
+    *near.mutable_near()->mutable_pose() = to_proto(WorldPose{});
+    near.mutable_near()->mutable_probe()->mutable_sphere()->set_radius(1);
+    v1::Query contacts;
+    contacts.mutable_contacts()->add_bodies()->set_name("b1");
+    v1::Query distance;
+    distance.mutable_distance()->mutable_a()->set_name("b1");
+    distance.mutable_distance()->mutable_b()->set_id(2);
+    v1::Query by_joint;
+    by_joint.mutable_dynamics()->mutable_joint()->set_name("hinge");
+    v1::Query dynamics = this->dynamics("b1");
+    for (int n = 0; n < 7; ++n) dynamics.mutable_dynamics()->add_accelerations(1);
+    v1::DynamicsQuery::Point& point = *dynamics.mutable_dynamics()->add_points();
+    point.mutable_body()->set_name("b2");
+    *point.mutable_local() = xyz(0, 0, 1);
+    all_ = {ray, sweep, near, contacts, distance, by_joint, dynamics, hash_query()};
+    all_.emplace_back().mutable_states();
+    all_.emplace_back().mutable_joint_states();
+    all_.emplace_back().mutable_find_bodies();
+    all_.emplace_back().mutable_find_joints();
+    all_.emplace_back().mutable_find_frames();
+    all_.emplace_back().mutable_programs();
+  }
+
+  void expect_refused(const v1::Request& list, absl::StatusCode code) {
+    const HeardReply heard = cluster_->send(list);
+    EXPECT_EQ(heard->code(), code) << heard->message() << "\n" << list.queries(1).DebugString();
+    const int kind = list.queries(1).kind_case();
+    EXPECT_THAT(heard->message(),
+                ::testing::StartsWith("queries[1] (" +
+                                      v1::Query::descriptor()->FindFieldByNumber(kind)->name() + "): "));
+    EXPECT_TRUE(cluster_->inbox[kFirst].empty());
+  }
+
+  std::vector<v1::Query> all_;
+};
+
+TEST_F(WrongQueries, AreOfAllKindsHere) {
+  std::set<v1::Query::KindCase> kinds;
+  for (const v1::Query& query : all_) {
+    const HeardReply heard = cluster_->query(query);
+    cluster_->work_all();
+    EXPECT_TRUE(heard->ok()) << heard->message() << query.DebugString();
+    kinds.insert(query.kind_case());
+  }
+  EXPECT_EQ(kinds.size(), static_cast<std::size_t>(v1::Query::descriptor()->field_count()));
+}
+
+TEST_F(WrongQueries, NumbersThatAreNone) {
+  for (const v1::Query& query : all_) {
+    v1::Request list = request_of({}, 0, {hash_query(), query});
+    with_each_number_wrong(*list.mutable_queries(1), [&](const std::string& field) {
+      SCOPED_TRACE(field);
+      expect_refused(list, kInvalid);
+    });
+  }
+}
+
+TEST_F(WrongQueries, BodiesAndJointsThatThereAreNot) {
+  for (const v1::Query& query : all_) {
+    v1::Request list = request_of({}, 0, {hash_query(), query});
+    with_each_reference_wrong(*list.mutable_queries(1), [&](const std::string& field) {
+      SCOPED_TRACE(field);
+      expect_refused(list, absl::StatusCode::kNotFound);
+    });
+  }
 }
 
 TEST_F(QueryKinds, WithoutLoadsServersAreNotAskedForThem) {

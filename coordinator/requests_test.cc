@@ -37,10 +37,13 @@ TEST(Requests, DoNothingWhereAnythingIsWrong) {
   const auto cluster = loaded_cluster();
   v1::Query bad;
   bad.mutable_ray();
+  v1::Request of_another = request_of({spawn("mine"), push("mine"), push("ball")}, 3, {hash_query()});
+  of_another.set_owner("alice");
   const std::pair<v1::Request, std::string> wrong[] = {
       {request_of({spawn("new"), removal("nobody")}, 3, {hash_query()}), "commands[1] (remove)"},
       {request_of({spawn("new")}, 3, {hash_query(), bad}), "queries[1] (ray)"},
       {request_of({spawn("new")}, kStepTicksMax + 1), "ticks = "},
+      {of_another, "commands[2] (apply_impulse): body 'ball': it is not owned by 'alice'"},
   };
   for (const auto& [request, words] : wrong) {
     const auto heard = cluster->send(request);
