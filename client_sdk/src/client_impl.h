@@ -61,7 +61,7 @@ class Client::Impl {
     *queries.mutable_queries() = request.queries();
     session_.send(std::move(request), [this, queries = std::move(queries),
                                        done = std::move(done)](absl::StatusOr<v1::Reply> reply) {
-      if (!reply.ok()) return done(reply.status());
+      if (!reply.ok()) return done(coordinators_->explained(reply.status(), absl::InfiniteDuration()));
       if (absl::Status status = check_results(queries, *reply); !status.ok()) return done(status);
       note(reply->applied().tick());
       done(Answers(std::make_shared<const v1::Reply>(*std::move(reply))));

@@ -30,9 +30,9 @@ RequestSession::~RequestSession() {
 
 void RequestSession::send(v1::Request request, Done done) {
   static_cast<void>(enqueue(std::move(request), std::move(done)));
+  writer_wakes_.notify_one();
 }
 
-// Writes it at once where there is a stream; one that comes later writes all.
 std::uint64_t RequestSession::enqueue(v1::Request request, Done done) {
   std::uint64_t number = 0;
   {
@@ -43,8 +43,6 @@ std::uint64_t RequestSession::enqueue(v1::Request request, Done done) {
     pending_.emplace(number, Pending{std::move(request), std::move(done)});
   }
   changed_.notify_all();
-  const std::lock_guard writing(writing_);
-  send_all();
   return number;
 }
 
@@ -57,8 +55,8 @@ void RequestSession::send_all() {
     {
       const std::lock_guard lock(mutex_);
       stream = stream_;
+      if (stream == nullptr || !has_unsent()) return;
       const auto next = pending_.upper_bound(written_);
-      if (stream == nullptr || next == pending_.end()) return;
       written_ = next->first;
       request = next->second.request;
       const std::uint64_t up_to = pending_.begin()->first - 1;
@@ -83,6 +81,11 @@ absl::StatusOr<v1::Reply> RequestSession::call(v1::Request request, absl::Durati
     waiting->reply = std::move(reply);
     waiting->changed.notify_one();
   });
+  {
+    // At once where there is a stream; one that comes later writes all.
+    const std::lock_guard writing(writing_);
+    send_all();
+  }
   std::unique_lock lock(waiting->mutex);
   const auto is_there = [&] { return waiting->reply.has_value(); };
   if (timeout == absl::InfiniteDuration()) {
@@ -142,22 +145,32 @@ grpc::Status RequestSession::serve(std::size_t place) {
     if (is_closing_) context.TryCancel();
   }
   // The coordinator takes no more than its client reads replies, so nothing that writes may hold that up.
-  std::thread writer([this] {
-    const std::lock_guard writing(writing_);
-    send_all();
-  });
+  std::thread writer([this] { send_while_connected(); });
   for (v1::Reply reply; stream->Read(&reply);) take(std::exchange(reply, {}));
-  writer.join();
   {
     const std::lock_guard lock(mutex_);
     stream_ = nullptr;
   }
+  writer_wakes_.notify_one();
+  writer.join();
   // Whoever writes ends, for the stream is broken.
   const std::lock_guard writing(writing_);
   grpc::Status status = stream->Finish();
   const std::lock_guard lock(mutex_);
   context_ = nullptr;
   return status;
+}
+
+void RequestSession::send_while_connected() {
+  for (;;) {
+    {
+      const std::lock_guard writing(writing_);
+      send_all();
+    }
+    std::unique_lock lock(mutex_);
+    writer_wakes_.wait(lock, [this] { return stream_ == nullptr || has_unsent(); });
+    if (stream_ == nullptr) return;
+  }
 }
 
 void RequestSession::take(v1::Reply reply) {

@@ -31,7 +31,7 @@ class RequestSession {
   // What waits for a reply gets CANCELLED.
   ~RequestSession();
 
-  // Waits while kWindow requests have no reply, or the coordinator does not keep up; and sends. `done` is
+  // Waits while kWindow requests have no reply, but not for the network: another thread writes. `done` is
   // called once, on a thread of this object, which it must not hold up: with the reply, or an error: that of
   // the reply, or UNAVAILABLE where nobody was there to take the request again.
   void send(v1::Request request, Done done);
@@ -53,6 +53,8 @@ class RequestSession {
   void run();
   grpc::Status serve(std::size_t place);
   void send_all();
+  bool has_unsent() const { return pending_.upper_bound(written_) != pending_.end(); }
+  void send_while_connected();
   void take(v1::Reply reply);
   bool is_worth_another(std::size_t place, const grpc::Status& status);
   void fail_all(const absl::Status& status);
@@ -62,6 +64,7 @@ class RequestSession {
   std::mutex writing_;  // one writes at a time; before mutex_
   std::mutex mutex_;    // guards the following
   std::condition_variable changed_;
+  std::condition_variable writer_wakes_;
   std::map<std::uint64_t, Pending> pending_;  // by number
   std::uint64_t last_number_ = 0;
   std::uint64_t written_ = 0;               // on the present stream, up to this number

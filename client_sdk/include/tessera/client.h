@@ -227,8 +227,8 @@ class Client {
   absl::StatusOr<Answers> run(const Batch& batch, absl::Duration timeout = absl::InfiniteDuration());
 
   // Likewise, without waiting for the answers: thousands a second. They take effect in the order in which
-  // they are sent. Waits where more than 1024 have no answer, or the coordinator does not keep up. `done`
-  // gets the answers, on a thread of the client, and must not wait there.
+  // they are sent. Waits only where 1024 have no answer. `done` gets the answers, on a thread of the client,
+  // and must not wait there.
   void send(const Batch& batch, std::function<void(absl::StatusOr<Answers>)> done);
 
   absl::StatusOr<Applied> apply(const CommandList& commands, absl::Duration timeout = kCallTimeout);
