@@ -1,5 +1,5 @@
-/* Tests tessera/c.h from C: c_api_program ADDRESS WORLD.pb, on a cluster without a world. WORLD has a plane and
- * ten crates. */
+/* Tests tessera/c.h from C: c_api_program ADDRESS WORLD.pb, on a cluster without a world. WORLD has a plane
+ * and ten crates. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -139,6 +139,74 @@ static void check_batch(tessera_client* client) {
   tessera_answers_free(NULL);
 }
 
+/* Several are under way, and their answers are taken in any order. */
+static void check_sending(tessera_client* client) {
+  enum { kSent = 3 };
+  uint64_t ball;
+  CHECK(tessera_find(client, "ball", &ball) == TESSERA_OK);
+  tessera_pending* pending[kSent];
+  for (int n = 0; n < kSent; ++n) {
+    tessera_batch* batch;
+    CHECK(tessera_batch_new(NULL, &batch) == TESSERA_OK);
+    const double velocity[3] = {n, 0, 0};
+    tessera_batch_set_velocity(batch, ball, velocity, NULL);
+    if (n == kSent - 1) tessera_batch_set_ticks(batch, 1);
+    CHECK(tessera_batch_states(batch, &ball, 1) == 0);
+    CHECK(tessera_send(client, batch, &pending[n]) == TESSERA_OK);
+    tessera_batch_free(batch);
+  }
+  for (int n = kSent - 1; n >= 0; --n) {
+    tessera_answers* answers;
+    CHECK(tessera_take(pending[n], kPatience, &answers) == TESSERA_OK);
+    tessera_body body;
+    size_t count;
+    CHECK(tessera_answers_states(answers, 0, &body, 1, &count) == TESSERA_OK && count == 1);
+    if (n == kSent - 1) CHECK(body.linear_velocity[0] == kSent - 1);
+    tessera_answers_free(answers);
+    CHECK(tessera_take(pending[n], 0, &answers) == TESSERA_FAILED_PRECONDITION);
+    tessera_pending_free(pending[n]);
+  }
+  tessera_batch* batch;
+  CHECK(tessera_batch_new(NULL, &batch) == TESSERA_OK);
+  tessera_batch_remove(batch, ~UINT64_C(0));
+  CHECK(tessera_send(client, batch, &pending[0]) == TESSERA_OK);
+  tessera_answers* answers;
+  CHECK(tessera_take(pending[0], -1, &answers) == TESSERA_NOT_FOUND);
+  CHECK(strstr(tessera_error_message(), "no body with the id") != NULL);
+  tessera_pending_free(pending[0]);
+  tessera_pending_free(NULL);
+  tessera_batch_free(batch);
+}
+
+/* As many as there may be, which wait for a tick that the world does not reach, until it pauses. */
+static void check_bound(const char* address, tessera_client* client) {
+  tessera_batch* batch;
+  CHECK(tessera_batch_new("{\"queries\": [{\"hash\": {}}], \"after\": 1000000000}", &batch) == TESSERA_OK);
+  CHECK(tessera_resume(client, 1, NULL) == TESSERA_OK);
+  tessera_pending* pending[TESSERA_PENDING_MAX];
+  for (int n = 0; n < TESSERA_PENDING_MAX; ++n) CHECK(tessera_send(client, batch, &pending[n]) == TESSERA_OK);
+  tessera_answers* answers;
+  CHECK(tessera_take(pending[0], 0, &answers) == TESSERA_DEADLINE_EXCEEDED);
+  tessera_pending* more;
+  CHECK(tessera_send(client, batch, &more) == TESSERA_RESOURCE_EXHAUSTED);
+  CHECK(strstr(tessera_error_message(), "512 batches") != NULL);
+  tessera_client* other;
+  CHECK(tessera_connect(address, kPatience, &other) == TESSERA_OK);
+  CHECK(tessera_send(other, batch, &more) == TESSERA_OK);
+  tessera_disconnect(other);
+  CHECK(tessera_take(more, kPatience, &answers) == TESSERA_CANCELLED);
+  tessera_pending_free(more);
+  CHECK(tessera_pause(client, NULL) == TESSERA_OK);
+  for (int n = 0; n < TESSERA_PENDING_MAX; ++n) {
+    CHECK(tessera_take(pending[n], kPatience, &answers) == TESSERA_OK);
+    tessera_answers_free(answers);
+    tessera_pending_free(pending[n]);
+  }
+  CHECK(tessera_send(client, batch, &more) == TESSERA_OK);
+  tessera_pending_free(more);
+  tessera_batch_free(batch);
+}
+
 int main(int argc, char** argv) {
   CHECK(argc == 3);
   tessera_client* client;
@@ -149,6 +217,8 @@ int main(int argc, char** argv) {
   check_frame(client);
   check_questions(client);
   check_batch(client);
+  check_sending(client);
+  check_bound(argv[1], client);
   tessera_disconnect(client);
   tessera_disconnect(NULL);
   return 0;

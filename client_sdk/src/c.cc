@@ -2,9 +2,11 @@
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/string_view.h>
+#include <absl/time/time.h>
 
 #include <algorithm>
-#include <array>
+#include <atomic>
+#include <future>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -19,24 +21,38 @@
 
 struct tessera_client {
   std::unique_ptr<tessera::Client> client;
+  // Batches that were sent and have no answer; the client's thread counts them down until it ends.
+  std::shared_ptr<std::atomic<int>> pending = std::make_shared<std::atomic<int>>(0);
 };
 
 struct tessera_stream {
   std::unique_ptr<tessera::BodyStream> stream;
 };
 
+namespace {
+
 // The kind of each query is known by its place.
-struct tessera_batch {
-  tessera::Batch batch;
+struct QueryPlaces {
   std::map<size_t, tessera::QueryPlace<std::vector<tessera::RayResult>>> rays;
   std::map<size_t, tessera::QueryPlace<std::vector<tessera::BodySample>>> states;
 };
 
+}  // namespace
+
+struct tessera_batch {
+  tessera::Batch batch;
+  QueryPlaces places;
+};
+
 struct tessera_answers {
   tessera::Answers answers;
-  std::map<size_t, tessera::QueryPlace<std::vector<tessera::RayResult>>> rays;
-  std::map<size_t, tessera::QueryPlace<std::vector<tessera::BodySample>>> states;
+  QueryPlaces places;
   std::string json;
+};
+
+struct tessera_pending {
+  std::future<absl::StatusOr<tessera::Answers>> answers;  // not valid once they were given
+  QueryPlaces places;
 };
 
 namespace {
@@ -44,6 +60,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr absl::string_view kStates[] = {"empty", "loading", "paused", "running", "failed", "recovering"};
+
+constexpr absl::Duration kForever = absl::Hours(24 * 365 * 100);  // clocks can count so far
 
 thread_local std::string error_message;
 
@@ -265,7 +283,7 @@ tessera_code tessera_raycast(tessera_client* client, const tessera_position* ori
 
 tessera_code tessera_batch_new(const char* json, tessera_batch** batch) {
   return give(tessera::batch_from_json(json == nullptr ? "{}" : json), [&](tessera::Batch made) {
-    *batch = new tessera_batch{std::move(made), {}, {}};
+    *batch = new tessera_batch{std::move(made), {}};
   });
 }
 
@@ -314,7 +332,7 @@ size_t tessera_batch_ray(tessera_batch* batch, const tessera_position* origin, c
   tessera::RayQuery ray{.origin = position_of(*origin), .direction = vector_of(direction), .length = length};
   if (except != 0) ray.except.emplace_back(tessera::BodyId{except});
   const size_t place = batch->batch.queries.size();
-  batch->rays.emplace(place, batch->batch.queries.ray(ray));
+  batch->places.rays.emplace(place, batch->batch.queries.ray(ray));
   return place;
 }
 
@@ -322,16 +340,45 @@ size_t tessera_batch_states(tessera_batch* batch, const uint64_t* bodies, size_t
   std::vector<tessera::BodyId> ids;
   for (size_t n = 0; n < count; ++n) ids.push_back(tessera::BodyId{bodies[n]});
   const size_t place = batch->batch.queries.size();
-  batch->states.emplace(place, batch->batch.queries.states(ids));
+  batch->places.states.emplace(place, batch->batch.queries.states(ids));
   return place;
 }
 
 tessera_code tessera_run(tessera_client* client, const tessera_batch* batch, double timeout,
                          tessera_answers** answers) {
   return give(client->client->run(batch->batch, duration_of(timeout)), [&](tessera::Answers given) {
-    *answers = new tessera_answers{std::move(given), batch->rays, batch->states, {}};
+    *answers = new tessera_answers{std::move(given), batch->places, {}};
   });
 }
+
+tessera_code tessera_send(tessera_client* client, const tessera_batch* batch, tessera_pending** pending) {
+  if (client->pending->fetch_add(1) >= TESSERA_PENDING_MAX) {
+    client->pending->fetch_sub(1);
+    return code_of(absl::ResourceExhaustedError(
+        absl::StrCat(TESSERA_PENDING_MAX, " batches have no answer yet, and more must not be sent")));
+  }
+  const auto promise = std::make_shared<std::promise<absl::StatusOr<tessera::Answers>>>();
+  *pending = new tessera_pending{promise->get_future(), batch->places};
+  client->client->send(batch->batch,
+                       [promise, count = client->pending](absl::StatusOr<tessera::Answers> answers) {
+                         count->fetch_sub(1);
+                         promise->set_value(std::move(answers));
+                       });
+  return code_of(absl::OkStatus());
+}
+
+tessera_code tessera_take(tessera_pending* pending, double timeout, tessera_answers** answers) {
+  if (!pending->answers.valid())
+    return code_of(absl::FailedPreconditionError("the answers to this batch were given before"));
+  const auto patience = absl::ToChronoNanoseconds(std::min(duration_of(timeout), kForever));
+  if (pending->answers.wait_for(patience) != std::future_status::ready)
+    return code_of(absl::DeadlineExceededError("the answers are not there yet"));
+  return give(pending->answers.get(), [&](tessera::Answers given) {
+    *answers = new tessera_answers{std::move(given), std::move(pending->places), {}};
+  });
+}
+
+void tessera_pending_free(tessera_pending* pending) { delete pending; }
 
 void tessera_answers_free(tessera_answers* answers) { delete answers; }
 
@@ -340,8 +387,8 @@ uint64_t tessera_answers_tick(const tessera_answers* answers) { return answers->
 uint64_t tessera_answers_effect(const tessera_answers* answers) { return answers->answers.applied().tick; }
 
 tessera_code tessera_answers_ray(const tessera_answers* answers, size_t place, tessera_hit* hit) {
-  const auto ray = answers->rays.find(place);
-  if (ray == answers->rays.end()) return no_such_result(place);
+  const auto ray = answers->places.rays.find(place);
+  if (ray == answers->places.rays.end()) return no_such_result(place);
   const std::vector<tessera::RayResult> hits = answers->answers[ray->second];
   *hit = hits.empty() ? tessera_hit{} : hit_for_c(hits.front());
   return code_of(absl::OkStatus());
@@ -349,8 +396,8 @@ tessera_code tessera_answers_ray(const tessera_answers* answers, size_t place, t
 
 tessera_code tessera_answers_states(const tessera_answers* answers, size_t place, tessera_body* bodies,
                                     size_t capacity, size_t* count) {
-  const auto states = answers->states.find(place);
-  if (states == answers->states.end()) return no_such_result(place);
+  const auto states = answers->places.states.find(place);
+  if (states == answers->places.states.end()) return no_such_result(place);
   const std::vector<tessera::BodySample> found = answers->answers[states->second];
   *count = found.size();
   std::transform(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(std::min(capacity, found.size())),

@@ -8,8 +8,9 @@
  *
  * Every call that can fail returns a code; results are written only if that is TESSERA_OK. Pointers must not
  * be null unless stated otherwise. Arguments are copied; objects made by the library are released by the call
- * named in their comment. A client may be used by any thread, a stream by one at a time. Calls block until
- * the cluster has answered, for at most 10 s (a load: 120 s), unless they take a timeout or state otherwise.
+ * named in their comment. A client may be used by any thread, a stream or a pending batch by one at a time.
+ * Calls block until the cluster has answered, for at most 10 s (a load: 120 s), unless they take a timeout or
+ * state otherwise.
  */
 #ifndef TESSERA_C_H
 #define TESSERA_C_H
@@ -234,6 +235,25 @@ TESSERA_API size_t tessera_batch_states(tessera_batch* batch, const uint64_t* bo
 TESSERA_API tessera_code tessera_run(tessera_client* client, const tessera_batch* batch, double timeout,
                                      tessera_answers** answers);
 TESSERA_API void tessera_answers_free(tessera_answers* answers); /* does nothing for null */
+
+/* A batch that is on its way. */
+typedef struct tessera_pending tessera_pending;
+
+enum { TESSERA_PENDING_MAX = 512 };
+
+/* Sends the batch and returns at once, for a game that must not wait in a frame. Batches take effect in the
+ * order in which they are sent. Release `pending` with tessera_pending_free(). RESOURCE_EXHAUSTED where
+ * TESSERA_PENDING_MAX batches of the client have no answer yet: then nothing is sent. */
+TESSERA_API tessera_code tessera_send(tessera_client* client, const tessera_batch* batch,
+                                      tessera_pending** pending);
+
+/* Gives the answers to a batch that was sent, once; waits for them at most `timeout` s (0 polls, negative:
+ * indefinitely). DEADLINE_EXCEEDED if they are not there yet: call again. Other errors as tessera_run();
+ * CANCELLED after tessera_disconnect(), FAILED_PRECONDITION once the answers were given. */
+TESSERA_API tessera_code tessera_take(tessera_pending* pending, double timeout, tessera_answers** answers);
+
+/* The batch is carried out nevertheless. Does nothing for null. */
+TESSERA_API void tessera_pending_free(tessera_pending* pending);
 
 /* The tick of the results; and that at whose beginning the commands take effect, 0 without any. */
 TESSERA_API uint64_t tessera_answers_tick(const tessera_answers* answers);
