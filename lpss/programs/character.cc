@@ -7,19 +7,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/base/rotation.h"
-#include "lpss/model/checks.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/numbers.h"
 
 namespace tessera {
 namespace character {
 namespace {
-
-constexpr double kPi = 3.141592653589793;
 
 enum class Parameter {
   kHeight,
@@ -79,7 +77,7 @@ Eigen::Vector3d up_of(const Senses& senses) {
   return g > 0 ? Eigen::Vector3d(-senses.gravity / g) : Eigen::Vector3d::UnitZ();
 }
 
-double tilt_of(double level) { return kPi / 2 - portable::asin(std::min(level, 1.0)); }
+double tilt_of(double level) { return std::numbers::pi / 2 - portable::asin(std::min(level, 1.0)); }
 
 Eigen::Vector3d shortened(const Eigen::Vector3d& v, double most) {
   const double length = v.norm();
@@ -108,10 +106,7 @@ class Character final : public Program {
   std::span<const NumberSpec> inputs() const override { return kInputs; }
   std::span<const NumberSpec> values() const override { return kValues; }
 
-  absl::Status check(const BodyProperties& properties) const override {
-    if (properties.motion == Motion::kDynamic) return absl::OkStatus();
-    return refused("its body must be dynamic, not ", name_of(properties.motion));
-  }
+  std::optional<Motion> motion() const override { return Motion::kDynamic; }
 
   void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
     const Eigen::Vector3d down = -up_of(senses);
@@ -200,7 +195,7 @@ class Character final : public Program {
   // N m, that turns it to its heading, upright.
   static Eigen::Vector3d torque_to(const Senses& senses, const Eigen::Vector3d& up) {
     const Eigen::Quaterniond upright = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up);
-    const double half = std::remainder(input(senses, Input::kHeading), 2 * kPi) / 2;
+    const double half = std::remainder(input(senses, Input::kHeading), 2 * std::numbers::pi) / 2;
     const auto [sin, cos] = portable::sincos(half);
     const Eigen::Quaterniond heading(cos, 0, 0, sin);
     const Eigen::Quaterniond off = upright * heading * senses.orientation().conjugate();

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "lpss/base/portable_math.h"
-#include "lpss/model/checks.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/numbers.h"
 
@@ -13,7 +14,6 @@ namespace tessera {
 namespace floater {
 namespace {
 
-constexpr double kPi = 3.141592653589793;
 constexpr int kColumns = 5;          // along x, and along y
 constexpr double kBalanced = 0.002;  // of gravity
 
@@ -61,10 +61,7 @@ class Floater final : public Program {
   std::span<const NumberSpec> inputs() const override { return {}; }
   std::span<const NumberSpec> values() const override { return kValues; }
 
-  absl::Status check(const BodyProperties& properties) const override {
-    if (properties.motion == Motion::kDynamic) return absl::OkStatus();
-    return refused("its body must be dynamic, not ", name_of(properties.motion));
-  }
+  std::optional<Motion> motion() const override { return Motion::kDynamic; }
 
   void run(const Senses& senses, std::span<double> values, Actor& actor) const override {
     Lift lift;
@@ -100,7 +97,7 @@ class Floater final : public Program {
     if (height == 0) return level;
     const double turns = x / parameter(senses, Parameter::kWavelength) -
                          static_cast<double>(senses.tick) * senses.dt / parameter(senses, Parameter::kPeriod);
-    return level + height / 2 * portable::sincos(2 * kPi * std::remainder(turns, 1.0)).cos;
+    return level + height / 2 * portable::sincos(2 * std::numbers::pi * std::remainder(turns, 1.0)).cos;
   }
 
   static void add_column(const Senses& senses, double along, double across, Lift& lift) {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
-#include "lpss/model/checks.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/numbers.h"
 
@@ -54,10 +54,7 @@ class Mover final : public Program {
   std::span<const NumberSpec> inputs() const override { return kInputs; }
   std::span<const NumberSpec> values() const override { return kValues; }
 
-  absl::Status check(const BodyProperties& properties) const override {
-    if (properties.motion == Motion::kKinematic) return absl::OkStatus();
-    return refused("its body must be kinematic, not ", name_of(properties.motion));
-  }
+  std::optional<Motion> motion() const override { return Motion::kKinematic; }
 
   void run(const Senses& senses, std::span<double> values, Actor& actor) const override {
     const Eigen::Vector3d along(at(senses.parameters, Parameter::kX), at(senses.parameters, Parameter::kY),

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 
-#include "lpss/model/checks.h"
+#include "lpss/model/limits.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/numbers.h"
 
@@ -34,7 +34,6 @@ class Pad final : public Program {
   std::span<const NumberSpec> parameters() const override { return kParameters; }
   std::span<const NumberSpec> inputs() const override { return {}; }
   std::span<const NumberSpec> values() const override { return kValues; }
-  absl::Status check(const BodyProperties&) const override { return absl::OkStatus(); }
 
   void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
     asker.inside(senses.body);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "lpss/model/body.h"
+#include "lpss/model/checks.h"
 
 namespace tessera {
 namespace {
@@ -83,5 +84,11 @@ void Actor::move_to(const Eigen::Vector3d& position) {
 }
 
 void Actor::tell(TellProgram told) { commands_.emplace_back(std::move(told)); }
+
+absl::Status Program::check(const BodyProperties& properties) const {
+  const std::optional<Motion> must = motion();
+  if (!must || properties.motion == *must) return absl::OkStatus();
+  return refused("its body must be ", name_of(*must), ", not ", name_of(properties.motion));
+}
 
 }  // namespace tessera

@@ -16,6 +16,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -131,8 +132,10 @@ class Program {
   virtual std::span<const NumberSpec> inputs() const = 0;
   virtual std::span<const NumberSpec> values() const = 0;
 
+  // How its body must move; nothing: dynamic or kinematic.
+  virtual std::optional<Motion> motion() const { return std::nullopt; }
   // Whether it can work on such a body: INVALID_ARGUMENT, and what it must be.
-  virtual absl::Status check(const BodyProperties& properties) const = 0;
+  absl::Status check(const BodyProperties& properties) const;
 
   // What the instance needs to know. `values` are those that the last run left.
   virtual void ask(const Senses& /*senses*/, std::span<const double> /*values*/, Asker& /*asker*/) const {}

@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/base/rotation.h"
-#include "lpss/model/checks.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/numbers.h"
 
@@ -139,10 +139,7 @@ class Vehicle final : public Program {
   std::span<const NumberSpec> inputs() const override { return kInputs; }
   std::span<const NumberSpec> values() const override { return kValues; }
 
-  absl::Status check(const BodyProperties& properties) const override {
-    if (properties.motion == Motion::kDynamic) return absl::OkStatus();
-    return refused("its body must be dynamic, not ", name_of(properties.motion));
-  }
+  std::optional<Motion> motion() const override { return Motion::kDynamic; }
 
   void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
     const Eigen::Quaterniond turn = senses.orientation();

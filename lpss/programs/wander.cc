@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <utility>
 
 #include "lpss/base/portable_math.h"
-#include "lpss/model/checks.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/numbers.h"
 #include "lpss/programs/registry.h"
@@ -14,8 +14,6 @@
 namespace tessera {
 namespace wander {
 namespace {
-
-constexpr double kPi = 3.141592653589793;
 
 enum class Parameter { kRadius, kSpeed, kPause, kLook, kCharacter };
 constexpr auto kParameters = std::to_array<NumberSpec>({
@@ -49,10 +47,7 @@ class Wander final : public Program {
   std::span<const NumberSpec> inputs() const override { return {}; }
   std::span<const NumberSpec> values() const override { return kValues; }
 
-  absl::Status check(const BodyProperties& properties) const override {
-    if (properties.motion == Motion::kDynamic) return absl::OkStatus();
-    return refused("its body must be dynamic, not ", name_of(properties.motion));
-  }
+  std::optional<Motion> motion() const override { return Motion::kDynamic; }
 
   void run(const Senses& senses, std::span<double> values, Actor& actor) const override {
     const auto every = static_cast<std::uint64_t>(
@@ -88,7 +83,7 @@ class Wander final : public Program {
     at(values, Value::kUntil) = static_cast<double>(senses.tick) + lasts / senses.dt;
     if (pauses) return;
     const double radius = at(senses.parameters, Parameter::kRadius) * std::sqrt(senses.random(1));
-    const auto [sin, cos] = portable::sincos(2 * kPi * senses.random(2));
+    const auto [sin, cos] = portable::sincos(2 * std::numbers::pi * senses.random(2));
     at(values, Value::kX) = radius * cos;
     at(values, Value::kY) = radius * sin;
   }

@@ -1,5 +1,6 @@
 #include "worlds/loader/program_reader.h"
 
+#include <absl/container/flat_hash_map.h>
 #include <absl/status/statusor.h>
 #include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
@@ -11,6 +12,7 @@
 
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "lpss/model/limits.h"
 #include "lpss/programs/registry.h"
@@ -116,6 +118,29 @@ std::vector<ProgramTemplate> programs_of(const sdf::Link& link) {
     }
   }
   return result;
+}
+
+void ProgramPlacer::add(const std::vector<ProgramTemplate>& programs, const xml::Element& element,
+                        std::size_t place, BodyDescription& body) {
+  for (const ProgramTemplate& program : programs) {
+    for (const auto& [parameter, name] : program.bodies)
+      named_.push_back({place, body.programs.size(), parameter, name, &element});
+    body.programs.push_back(program.record);
+  }
+}
+
+absl::Status ProgramPlacer::resolve(std::vector<BodyDescription>& bodies) const {
+  if (named_.empty()) return absl::OkStatus();
+  absl::flat_hash_map<std::string_view, BodyId> ids;  // 1, 2, ... in their order
+  for (const BodyDescription& body : bodies) ids.emplace(body.name, BodyId{ids.size() + 1});
+  for (const NamedBody& named : named_) {
+    const auto id = ids.find(named.name);
+    if (id == ids.end())
+      return xml::invalid(*named.element, "a program names the body '", named.name, "', which is not there");
+    ProgramRecord& program = bodies[named.body].programs[named.program];
+    program.parameters[named.parameter] = static_cast<double>(id->second.value);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace tessera

@@ -8,6 +8,7 @@
 
 #include <absl/status/status.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <sdf/Link.hh>
 #include <string>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "lpss/model/program.h"
+#include "lpss/model/world_description.h"
 #include "worlds/loader/xml.h"
 
 namespace tessera {
@@ -31,5 +33,25 @@ struct ProgramTemplate {
 };
 
 std::vector<ProgramTemplate> programs_of(const sdf::Link& link);
+
+// Gives bodies of a world their programs, and finds the bodies that these name once all are there.
+class ProgramPlacer {
+ public:
+  // To `body`, which comes to `place` in the world; errors will name `element`.
+  void add(const std::vector<ProgramTemplate>& programs, const xml::Element& element, std::size_t place,
+           BodyDescription& body);
+  absl::Status resolve(std::vector<BodyDescription>& bodies) const;
+
+ private:
+  // A parameter of a program that is a body.
+  struct NamedBody {
+    std::size_t body = 0;  // whose program it is
+    std::size_t program = 0;
+    std::size_t parameter = 0;
+    std::string name;
+    const xml::Element* element = nullptr;
+  };
+  std::vector<NamedBody> named_;
+};
 
 }  // namespace tessera

@@ -18,6 +18,7 @@
 #include "worlds/loader/elements.h"
 #include "worlds/loader/model_source.h"
 #include "worlds/loader/model_template.h"
+#include "worlds/loader/program_reader.h"
 #include "worlds/loader/repairs.h"
 #include "worlds/loader/shape_table.h"
 #include "worlds/loader/tessera_elements.h"
@@ -71,7 +72,6 @@ class WorldReader {
   absl::StatusOr<std::optional<std::size_t>> body_named(const Element& element, const std::string& name);
   absl::Status resolve(Placed& placed);
   absl::Status add_bodies(const Placed& placed);
-  absl::Status resolve_named();
   absl::Status add_joints(const Placed& placed);
   absl::Status add_world_joint(Placed& placed);
   void note_materials();
@@ -87,15 +87,7 @@ class WorldReader {
   std::deque<Placed> placed_;
   std::uint64_t models_ = 0;   // placed so far
   bool lacks_models_ = false;  // an <include> was left out
-  // A parameter of a program that is a body.
-  struct NamedBody {
-    std::size_t body = 0;  // whose program it is
-    std::size_t program = 0;
-    std::size_t parameter = 0;
-    std::string name;
-    const Element* element = nullptr;
-  };
-  std::vector<NamedBody> named_;
+  ProgramPlacer programs_;
   // The links that joints between models hold, by model.
   absl::flat_hash_map<std::string, std::set<std::string>> held_;
   absl::flat_hash_map<std::string, Placed*> by_name_;
@@ -176,7 +168,7 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     if (placed.joint == nullptr) continue;
     if (absl::Status status = add_world_joint(placed); !status.ok()) return status;
   }
-  if (absl::Status status = resolve_named(); !status.ok()) return status;
+  if (absl::Status status = programs_.resolve(world_.bodies); !status.ok()) return status;
   world_.shapes = shapes_.take();
   note_materials();
   return std::move(world_);
@@ -514,28 +506,8 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
       body.linear_velocity = velocity + spin.cross(arm);
       body.angular_velocity = spin;
     }
-    for (const ProgramTemplate& program : link.programs) {
-      for (const auto& [place, name] : program.bodies)
-        named_.push_back({world_.bodies.size(), body.programs.size(), place, name, placed.element});
-      body.programs.push_back(program.record);
-    }
+    programs_.add(link.programs, *placed.element, world_.bodies.size(), body);
     world_.bodies.push_back(std::move(body));
-  }
-  return absl::OkStatus();
-}
-
-// Bodies that programs name, once all are known.
-absl::Status WorldReader::resolve_named() {
-  absl::flat_hash_map<std::string_view, std::size_t> places;
-  if (!named_.empty()) {
-    for (const BodyDescription& body : world_.bodies) places.emplace(body.name, places.size());
-  }
-  for (const NamedBody& named : named_) {
-    const auto place = places.find(named.name);
-    if (place == places.end())
-      return xml::invalid(*named.element, "a program names the body '", named.name, "', which is not there");
-    ProgramRecord& program = world_.bodies[named.body].programs[named.program];
-    program.parameters[named.parameter] = static_cast<double>(id_of(place->second).value);
   }
   return absl::OkStatus();
 }
