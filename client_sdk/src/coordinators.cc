@@ -16,8 +16,6 @@ namespace {
 constexpr absl::Duration kConnectMax = absl::Milliseconds(300);
 constexpr absl::Duration kFailedMax = absl::Milliseconds(50);
 constexpr absl::Duration kAskAgain = absl::Milliseconds(50);
-// A coordinator that is replaced is back within a second or two, and on a busy machine somewhat later.
-constexpr absl::Duration kReplacedMax = absl::Seconds(10);
 // An attempt may take several ways there and back: the ends of TCP and TLS meet over slow links, too.
 constexpr int kAttemptMs = 1000;
 constexpr absl::Duration kAskMax = absl::Seconds(2);  // why a connection fails
@@ -31,6 +29,8 @@ std::shared_ptr<grpc::Channel> open_channel(const std::string& address, const Cl
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(-1);
+  // Of its own, for the coordinator's limits are by connection, and what one has lost another may have.
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   // A coordinator that is replaced is back within a second or two.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kAttemptMs);
@@ -136,8 +136,7 @@ void Coordinators::leave(std::size_t place, const grpc::Status& status) {
 }
 
 bool Coordinators::comes_back(std::size_t place, absl::Time deadline) {
-  return are_several() ||
-         is_connected(*members_[place].channel, std::min(deadline, absl::Now() + kReplacedMax));
+  return are_several() || is_connected(*members_[place].channel, deadline);
 }
 
 bool Coordinators::is_worth_another(absl::Time deadline) {

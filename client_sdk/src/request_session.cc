@@ -12,6 +12,9 @@ namespace {
 // How long nobody of several may lead before requests are given up.
 constexpr absl::Duration kNobodyLeadsMax = absl::Seconds(60);
 constexpr absl::Duration kFindMax = absl::Seconds(1);
+// A coordinator that is replaced is back within a second or two, and on a busy machine somewhat later.
+constexpr absl::Duration kReplacedMax = absl::Seconds(10);
+constexpr absl::Duration kLookAgain = absl::Milliseconds(50);  // whether it is back, or the client closes
 
 }  // namespace
 
@@ -191,9 +194,21 @@ void RequestSession::take(v1::Reply reply) {
 
 bool RequestSession::is_worth_another(std::size_t place, const grpc::Status& status) {
   if (status.error_code() != grpc::StatusCode::UNAVAILABLE && !status.ok()) return false;
-  const absl::Time deadline = absl::Now() + kNobodyLeadsMax;
-  if (!stands_by(status)) return coordinators_->comes_back(place, deadline);
-  return coordinators_->are_several() && Coordinators::is_worth_another(deadline);
+  if (!stands_by(status)) return comes_back(place);
+  return coordinators_->are_several() && Coordinators::is_worth_another(absl::Now() + kNobodyLeadsMax);
+}
+
+bool RequestSession::comes_back(std::size_t place) {
+  const absl::Time end = absl::Now() + kReplacedMax;
+  while (absl::Now() < end && !is_closing()) {
+    if (coordinators_->comes_back(place, absl::Now() + kLookAgain)) return true;
+  }
+  return false;
+}
+
+bool RequestSession::is_closing() {
+  const std::lock_guard lock(mutex_);
+  return is_closing_;
 }
 
 void RequestSession::fail_all(const absl::Status& status) {

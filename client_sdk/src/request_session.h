@@ -57,6 +57,8 @@ class RequestSession {
   void send_while_connected();
   void take(v1::Reply reply);
   bool is_worth_another(std::size_t place, const grpc::Status& status);
+  bool comes_back(std::size_t place);
+  bool is_closing();
   void fail_all(const absl::Status& status);
 
   const std::shared_ptr<Coordinators> coordinators_;

@@ -21,6 +21,8 @@ _STANDS_BY = b"tessera/stands-by"  # proto/status.cc
 _CHANNEL_OPTIONS = [
     ("grpc.max_receive_message_length", -1),
     ("grpc.max_send_message_length", -1),
+    # Of its own, for the coordinator's limits are by connection, and what one has lost another may have.
+    ("grpc.use_local_subchannel_pool", 1),
     # A coordinator that is replaced is back within a second or two.
     ("grpc.initial_reconnect_backoff_ms", 100),
     # An attempt may take several ways there and back: the ends of TCP and TLS meet over slow links, too.
