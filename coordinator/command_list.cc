@@ -19,9 +19,12 @@ using ClientCommands = google::protobuf::RepeatedPtrField<v1::Command>;
 
 class CommandList {
  public:
-  CommandList(WorldRegistry& registry, Tick at, std::string owner, std::size_t shape_bytes_max)
+  // Of about so many commands.
+  CommandList(std::size_t size, WorldRegistry& registry, Tick at, std::string owner,
+              std::size_t shape_bytes_max)
       : registry_(registry), at_(at), owner_(std::move(owner)), shape_bytes_max_(shape_bytes_max) {
     given_.applied.set_tick(at);
+    given_.commands.reserve(size);
   }
 
   absl::Status give(int place, const v1::Command& command) {
@@ -141,7 +144,7 @@ absl::StatusOr<GivenCommands> give(const ClientCommands& list, WorldRegistry& re
   if (absl::Status status = validate(BodyTags{owner, {}}); !status.ok()) return status;
   if (list.size() > kCommandsPerListMax)
     return refused("commands: ", list.size(), " elements must be at most ", kCommandsPerListMax);
-  CommandList commands(registry, at, owner, shape_bytes_max);
+  CommandList commands(static_cast<std::size_t>(list.size()), registry, at, owner, shape_bytes_max);
   for (int place = 0; place < list.size(); ++place) {
     if (absl::Status status = commands.give(place, list[place]); !status.ok())
       return at_element(status, "commands", place, list[place], list.size());

@@ -11,7 +11,6 @@
 #include "coordinator/limits.h"
 #include "lpss/base/invariant.h"
 #include "proto/convert.h"
-#include "proto/wire.h"
 
 namespace tessera {
 namespace {
@@ -76,7 +75,7 @@ std::optional<TicksUnderWay> Sequencer::new_ticks_under_way() const {
 bool Sequencer::has_commands_at(Tick tick) const {
   const auto has = [tick](const Batches& batches) {
     const auto found = batches.find(tick);
-    return found != batches.end() && !found->second.commands.empty();
+    return found != batches.end() && found->second.commands.size() > 0;
   };
   return has(past_) || has(batches_);
 }
@@ -115,15 +114,16 @@ Tick Sequencer::next_command_tick() const {
   return batches_.empty() ? certain_ + 1 : std::max(certain_ + 1, batches_.rbegin()->first);
 }
 
-void Sequencer::hold(Batch& batch, std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes) {
+void Sequencer::hold(Batch& batch, const std::vector<Command>& commands,
+                     std::vector<v1::NumberedShape> new_shapes) {
   held_commands_ += commands.size();
   for (const v1::NumberedShape& shape : new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
-  std::move(commands.begin(), commands.end(), std::back_inserter(batch.commands));
+  batch.commands.append(commands);
   std::move(new_shapes.begin(), new_shapes.end(), std::back_inserter(batch.new_shapes));
 }
 
-void Sequencer::submit(std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes) {
-  hold(batches_[next_command_tick()], std::move(commands), std::move(new_shapes));
+void Sequencer::submit(const std::vector<Command>& commands, std::vector<v1::NumberedShape> new_shapes) {
+  hold(batches_[next_command_tick()], commands, std::move(new_shapes));
 }
 
 void Sequencer::ask(v1::Question question, Tick after) { questions_.emplace(after, std::move(question)); }
@@ -156,7 +156,7 @@ std::vector<v1::Grant> Sequencer::granted_since(Tick tick) const {
   while (batch != past_.end()) {
     const auto next = std::next(batch);
     v1::Grant& grant = add(batch->first - 1, next == past_.end() ? granted_ : next->first - 1);
-    grant.set_commands(pack(std::span<const Command>(batch->second.commands)));
+    grant.set_commands(batch->second.commands.list());
     for (const v1::NumberedShape& shape : batch->second.new_shapes) *grant.add_new_shapes() = shape;
     batch = next;
   }
@@ -166,7 +166,7 @@ std::vector<v1::Grant> Sequencer::granted_since(Tick tick) const {
 std::vector<Sequencer::Held> Sequencer::held() const {
   std::vector<Held> held;
   for (auto batch = batches_.upper_bound(certain_); batch != batches_.end(); ++batch) {
-    held.push_back({batch->second.commands, batch->second.new_shapes});
+    held.push_back({batch->second.commands.unpacked(), batch->second.new_shapes});
   }
   return held;
 }
@@ -174,11 +174,12 @@ std::vector<Sequencer::Held> Sequencer::held() const {
 void Sequencer::hold(std::vector<Held> held) {
   invariant(batches_.empty(), "what a snapshot holds comes first");
   Tick tick = certain_;
-  for (Held& from : held) hold(batches_[++tick], std::move(from.commands), std::move(from.new_shapes));
+  for (Held& from : held) hold(batches_[++tick], from.commands, std::move(from.new_shapes));
 }
 
-void Sequencer::hold_at(Tick tick, std::vector<Command> commands, std::vector<v1::NumberedShape> new_shapes) {
-  hold(batches_[tick], std::move(commands), std::move(new_shapes));
+void Sequencer::hold_at(Tick tick, const std::vector<Command>& commands,
+                        std::vector<v1::NumberedShape> new_shapes) {
+  hold(batches_[tick], commands, std::move(new_shapes));
 }
 
 v1::StoredPace Sequencer::stored_pace(std::uint64_t ticks_ahead) const {
@@ -382,7 +383,7 @@ v1::Grant Sequencer::map_grant() {
 void Sequencer::give(const Batch& batch, v1::Grant& grant) {
   invariant(held_commands_ >= batch.commands.size(), "commands are counted as they come");
   held_commands_ -= batch.commands.size();
-  grant.set_commands(pack(std::span<const Command>(batch.commands)));
+  grant.set_commands(batch.commands.list());
   for (const v1::NumberedShape& shape : batch.new_shapes) {
     held_shape_bytes_ -= shape.ByteSizeLong();
     *grant.add_new_shapes() = shape;

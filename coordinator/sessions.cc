@@ -72,11 +72,15 @@ Sessions::Session& Sessions::touch(std::uint64_t session) {
 
 void Sessions::forget_answered(Session& session, const v1::Request& request) {
   session.answered.add_up_to(request.answered());
-  for (const std::uint64_t number : request.also_answered()) session.answered.add(number);
-  absl::erase_if(session.requests, [&](const auto& entry) {
-    const Request& made = entry.second;
-    return (made.is_answered || made.carried_out) && session.answered.contains(entry.first);
-  });
+  const auto is_over = [](const Request& made) { return made.is_answered || made.carried_out; };
+  for (auto made = session.requests.begin();
+       made != session.requests.end() && made->first <= request.answered();)
+    made = is_over(made->second) ? session.requests.erase(made) : std::next(made);
+  for (const std::uint64_t number : request.also_answered()) {
+    session.answered.add(number);
+    const auto made = session.requests.find(number);
+    if (made != session.requests.end() && is_over(made->second)) session.requests.erase(made);
+  }
 }
 
 Sessions::Admission Sessions::admit(Call& call) {

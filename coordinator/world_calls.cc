@@ -163,7 +163,7 @@ std::optional<v1::Applied> WorldCalls::on(Call<v1::Request, v1::Reply>& call,
     plan->recorded.mutable_commands()->Swap(call.request.mutable_commands());
     plan->recorded.set_owner(request.owner());
     if (!plan->given->commands.empty())
-      world_.sequencer.submit(std::move(plan->given->commands), std::move(plan->given->new_shapes));
+      world_.sequencer.submit(plan->given->commands, std::move(plan->given->new_shapes));
     if (!plan->recorded.commands().empty() && context_.options.inputs)
       context_.options.inputs(recorded(plan->recorded));
     context_.journal.add(std::move(plan->recorded), call.id);

@@ -2,6 +2,7 @@
 
 #include <xxhash.h>
 
+#include "lpss/base/invariant.h"
 #include "lpss/model/tick_counts.h"
 #include "proto/archive.h"
 
@@ -31,6 +32,24 @@ std::size_t packed_bytes(const MovedSector& sector) {
   Meter meter;
   meter(sector);
   return meter.size();
+}
+
+void PackedCommands::append(std::span<const Command> commands) {
+  Meter meter;
+  for (const Command& command : commands) meter(command);
+  const std::size_t before = bytes_.size();
+  bytes_.resize(before + meter.size());
+  Writer writer(bytes_.data() + before);
+  for (const Command& command : commands) writer(command);
+  size_ += commands.size();
+}
+
+std::string PackedCommands::list() const { return pack_struct(size_) + bytes_; }
+
+std::vector<Command> PackedCommands::unpacked() const {
+  absl::StatusOr<std::vector<Command>> commands = unpack_commands(list());
+  invariant(commands.ok(), "what was packed can be unpacked");
+  return *std::move(commands);
 }
 
 absl::StatusOr<std::vector<BodyRecord>> unpack_records(std::string_view bytes) {

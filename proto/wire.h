@@ -41,6 +41,21 @@ std::string pack(const SharedState& state);
 std::string pack(std::span<const MovedSector> sectors);
 std::size_t packed_bytes(const MovedSector& sector);
 
+// Commands that are kept as bytes, which take a tenth of the memory.
+class PackedCommands {
+ public:
+  void append(std::span<const Command> commands);
+
+  std::size_t size() const { return size_; }
+  // What pack() makes of all of them.
+  std::string list() const;
+  std::vector<Command> unpacked() const;
+
+ private:
+  std::string bytes_;  // of one after the other
+  std::uint64_t size_ = 0;
+};
+
 absl::StatusOr<std::vector<BodyRecord>> unpack_records(std::string_view bytes);
 absl::StatusOr<std::vector<JointRecord>> unpack_joints(std::string_view bytes,
                                                        std::uint32_t version = kStoredVersion);

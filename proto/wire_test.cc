@@ -245,6 +245,17 @@ TEST(Wire, CommandsSurviveBitForBit) {
   EXPECT_EQ(std::get<SpawnBody>((*read)[0]).record.properties.surface, some_record(3).properties.surface);
 }
 
+TEST(Wire, PackedCommandsAreTheBytesOfAList) {
+  const std::vector<Command> commands = some_commands();
+  PackedCommands packed;
+  EXPECT_EQ(packed.list(), pack(std::span<const Command>()));
+  packed.append(std::span(commands).first(3));
+  packed.append(std::span(commands).subspan(3));
+  EXPECT_EQ(packed.size(), commands.size());
+  EXPECT_EQ(packed.list(), pack(std::span(commands)));
+  EXPECT_EQ(pack(std::span<const Command>(packed.unpacked())), packed.list());
+}
+
 TEST(Wire, RoundsSurviveBitForBit) {
   const std::vector<RoundMessage> rounds{
       some_agreement(),
