@@ -39,19 +39,26 @@ void add_apply_command(CLI::App& app, Action& action) {
   const auto file = std::make_shared<std::string>();
   command.add_option("file", *file, "a Request of proto/tessera.proto as JSON; -: standard input")
       ->required();
-  on_cluster(command, action, [file](Client& client, nlohmann::json& data) -> absl::Status {
-    const absl::StatusOr<std::string> text = read_text(*file);
-    if (!text.ok()) return text.status();
-    const absl::StatusOr<Batch> batch = batch_from_json(*text);
-    const std::string name = *file == "-" ? "standard input" : *file;
-    if (!batch.ok()) return {batch.status().code(), absl::StrCat(name, ": ", batch.status().message())};
-    const absl::StatusOr<Answers> answers = client.run(*batch);
-    if (!answers.ok()) return answers.status();
-    const std::string json = to_json(*answers);
-    data = nlohmann::json::parse(json);
-    absl::PrintF("%s\n", json);
-    return absl::OkStatus();
-  });
+  const auto batch = std::make_shared<Batch>();
+  on_cluster(
+      command, action,
+      [batch](Client& client, nlohmann::json& data) -> absl::Status {
+        const absl::StatusOr<Answers> answers = client.run(*batch);
+        if (!answers.ok()) return answers.status();
+        const std::string json = to_json(*answers);
+        data = nlohmann::json::parse(json);
+        absl::PrintF("%s\n", json);
+        return absl::OkStatus();
+      },
+      [file, batch]() -> absl::Status {
+        const absl::StatusOr<std::string> text = read_text(*file);
+        if (!text.ok()) return text.status();
+        absl::StatusOr<Batch> read = batch_from_json(*text);
+        const std::string name = *file == "-" ? "standard input" : *file;
+        if (!read.ok()) return {read.status().code(), absl::StrCat(name, ": ", read.status().message())};
+        *batch = *std::move(read);
+        return absl::OkStatus();
+      });
 }
 
 }  // namespace tessera::cli

@@ -19,10 +19,11 @@ namespace tessera::cli {
 inline constexpr const char* kAddressDefault = "127.0.0.1:7300";
 inline constexpr absl::Duration kConnectTimeout = absl::Seconds(3);
 
-// Gives `command` the options --connect and --json, and as its action: to connect, then to do `work`, then to
-// write what `work` put into its second argument to the file that --json names.
-inline void on_cluster(CLI::App& command, Action& action,
-                       std::function<absl::Status(Client&, nlohmann::json&)> work) {
+// Gives `command` the options --connect and --json, and as its action: to `prepare`, to connect, to do
+// `work`, and to write what `work` put into its second argument to the file that --json names.
+inline void on_cluster(
+    CLI::App& command, Action& action, std::function<absl::Status(Client&, nlohmann::json&)> work,
+    std::function<absl::Status()> prepare = [] { return absl::OkStatus(); }) {
   struct Where {
     std::string address = kAddressDefault;
     std::string keys;
@@ -38,8 +39,9 @@ inline void on_cluster(CLI::App& command, Action& action,
       ->envname("TESSERA_KEYS");
   add_parsed(command, "--json", where->json, parse_output_file,
              "write what is printed to this file as data, too");
-  command.callback([where, work = std::move(work), &action] {
-    action = [where, work]() -> absl::Status {
+  command.callback([where, work = std::move(work), prepare = std::move(prepare), &action] {
+    action = [where, work, prepare]() -> absl::Status {
+      if (absl::Status status = prepare(); !status.ok()) return status;
       const absl::StatusOr<std::unique_ptr<Client>> client =
           Client::connect(where->address, kConnectTimeout, where->keys);
       if (!client.ok()) return client.status();

@@ -156,7 +156,7 @@ class Gateway {
                    bool wants_tokens = false)
       : traffic_(limits),
         routes_(
-            coordinators, ClientKeys(), [](const std::string&) {}, kWaitMax),
+            coordinators, ClientKeys(), [](const auto&) {}, kWaitMax),
         service_(routes_, traffic_, wants_tokens) {
     grpc::ServerBuilder builder;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);

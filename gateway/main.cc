@@ -57,12 +57,20 @@ absl::StatusOr<std::unique_ptr<Monitor>> open_monitor(const GatewayArguments& ar
   return Monitor::open(arguments.metrics_address, locks.server, std::move(monitored));
 }
 
+void log_leader(const absl::StatusOr<std::string>& leader) {
+  if (leader.ok()) {
+    log_info(absl::StrCat("the coordinator at ", *leader, " leads"));
+  } else {
+    log_warning(leader.status().message());
+  }
+}
+
 absl::Status run(const GatewayArguments& arguments) {
   const EndSignals end;
   const absl::StatusOr<Locks> locks = open_own_locks(arguments);
   if (!locks.ok()) return locks.status();
   Traffic traffic(arguments.limits);
-  Routes routes(arguments.connect, locks->client, [](const std::string& line) { log_info(line); });
+  Routes routes(arguments.connect, locks->client, log_leader);
   GatewayService service(routes, traffic, locks->server.has_value());
   grpc::ServerBuilder builder;
   limit_clients(builder, kThreadsMax);

@@ -166,12 +166,11 @@ void Routes::run() {
     lock.lock();
     is_known_ = status && doubts == doubts_;
     const std::optional<std::size_t> now = status ? std::optional(leader_) : std::nullopt;
-    const std::string line =
-        now ? absl::StrCat("the coordinator at ", coordinators_[*now].lines->address(), " leads")
-            : std::string(nobody_leads().message());
+    absl::StatusOr<std::string> leader = nobody_leads();
+    if (now) leader = coordinators_[*now].lines->address();
     lock.unlock();
     if (!has_told || now != told) {
-      log_(line);
+      log_(leader);
       told = now;
       has_told = true;
     }

@@ -31,7 +31,8 @@ class Routes {
   using Lines = std::shared_ptr<DaemonLines>;
   // Called once, at once or on the thread of the routes, where it must not wait.
   using Found = std::function<void(absl::StatusOr<Lines>)>;
-  using Log = std::function<void(const std::string&)>;
+  // Called with the address of the coordinator that leads, or with why none does.
+  using Log = std::function<void(const absl::StatusOr<std::string>&)>;
 
   // Whoever has lines. gRPC cannot end its last channel on a thread on which it calls back: the routes, which
   // have the others, wait for their users.
