@@ -29,33 +29,6 @@ v1::HashResult hash_of(const Parts& parts) {
   return result;
 }
 
-absl::StatusOr<AskedQuery> ask(const v1::Query& query, const WorldRegistry& world) {
-  switch (query.kind_case()) {
-    case v1::Query::kRay:
-      return ask(query.ray(), world);
-    case v1::Query::kSweep:
-      return ask(query.sweep(), world);
-    case v1::Query::kNear:
-      return ask(query.near(), world);
-    case v1::Query::kStates:
-      return ask(query.states(), world);
-    case v1::Query::kJointStates:
-      return ask(query.joint_states(), world);
-    case v1::Query::kHash:
-      return ask(query.hash(), world);
-    case v1::Query::kPrograms:
-      return ask(query.programs(), world);
-    case v1::Query::kContacts:
-      return ask(query.contacts(), world);
-    case v1::Query::kDistance:
-      return ask(query.distance(), world);
-    case v1::Query::kDynamics:
-      return ask(query.dynamics(), world);
-    default:
-      return refused("a query of no known kind");
-  }
-}
-
 absl::Status too_long_error() {
   return absl::ResourceExhaustedError(absl::StrCat(
       "queries of role observe may take ", kObserveStretchMax.count(),

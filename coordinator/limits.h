@@ -42,7 +42,8 @@ inline constexpr std::size_t kReplyShapeBytesMax = std::size_t{256}
 // Elements of a request.
 inline constexpr int kCommandsPerListMax = 100'000;
 inline constexpr int kQueriesPerListMax = 100'000;
-inline constexpr std::uint64_t kIdsPerRequestMax = 262'144;  // that queries name, of bodies and joints
+inline constexpr std::uint64_t kRaysPerRequestMax = 100'000;  // that queries have in columns
+inline constexpr std::uint64_t kIdsPerRequestMax = 262'144;   // that queries name, of bodies and joints
 inline constexpr std::uint64_t kWaySectorsPerRequestMax =
     262'144;  // that rays and sweeps pass through, in all
 inline constexpr std::size_t kResultBytesMax = std::size_t{512} << 20;  // and one query's at least

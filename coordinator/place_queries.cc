@@ -9,17 +9,21 @@
 #include "coordinator/query_checks.h"
 #include "coordinator/query_kinds.h"
 #include "lpss/model/limits.h"
+#include "lpss/observe/queries.h"
 #include "proto/convert.h"
 
 namespace tessera {
 namespace {
 
+RayAnswer answer_of(const v1::RayHits::Hit& hit) {
+  return {BodyId{hit.body()}, hit.distance(), from_proto(hit.normal())};
+}
+
 // The nearest of all hits, or all of them, along a way from `origin`.
 v1::RayHits merged(std::vector<v1::RayHits::Hit> hits, bool all, const WorldPosition& origin,
                    const Eigen::Vector3d& direction, const WorldRegistry& world) {
-  std::sort(hits.begin(), hits.end(), [](const auto& x, const auto& y) {
-    return std::pair(x.distance(), x.body()) < std::pair(y.distance(), y.body());
-  });
+  std::sort(hits.begin(), hits.end(),
+            [](const auto& x, const auto& y) { return order_of(answer_of(x)) < order_of(answer_of(y)); });
   v1::RayHits result;
   result.set_hit(!hits.empty());
   std::set<std::uint64_t> bodies;  // servers may have the same static one

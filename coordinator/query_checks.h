@@ -17,6 +17,8 @@ absl::Status check_work(const google::protobuf::RepeatedPtrField<v1::Query>& que
 // pass through are given by their ids, ascending; those that do not exist are left out. INVALID_ARGUMENT with
 // the field and the bound; OUT_OF_RANGE for places outside the 64-bit range of sectors.
 absl::StatusOr<v1::RayQuery> checked(const v1::RayQuery& query, const WorldRegistry& world);
+// Each array has an element for each ray, as RayWriter writes them.
+absl::StatusOr<v1::RaysQuery> checked(const v1::RaysQuery& query, const WorldRegistry& world);
 absl::StatusOr<v1::SweepQuery> checked(const v1::SweepQuery& query, const WorldRegistry& world);
 absl::StatusOr<v1::NearQuery> checked(const v1::NearQuery& query, const WorldRegistry& world);
 

@@ -10,6 +10,7 @@
 #include "coordinator/test_cluster.h"
 #include "coordinator/test_mutations.h"
 #include "proto/body_columns.h"
+#include "proto/ray_columns.h"
 
 namespace tessera {
 namespace {
@@ -69,6 +70,9 @@ class QueryKinds : public ::testing::Test {
         }
       } else if (query.has_joint_states()) {
         *result.mutable_joint_states() = loads_[node];
+      } else if (query.has_rays()) {
+        HitWriter writer(*result.mutable_rays());
+        for (int n = 0; n < query.rays().lengths_size(); ++n) writer.add({});
       }
       return part;
     };
@@ -271,6 +275,8 @@ class WrongQueries : public QueryKinds {
     *ray.mutable_ray()->mutable_origin() = to_proto(WorldPosition{});
     *ray.mutable_ray()->mutable_direction() = xyz(0, 0, -1);
     ray.mutable_ray()->set_length(10);
+    v1::Query rays;
+    RayWriter(*rays.mutable_rays()).add({{}, {0, 0, -1}, 10, {}});
     v1::Query sweep;
     *sweep.mutable_sweep()->mutable_pose() = to_proto(WorldPose{});
     sweep.mutable_sweep()->mutable_probe()->mutable_sphere()->set_radius(1);
@@ -291,7 +297,7 @@ class WrongQueries : public QueryKinds {
     v1::DynamicsQuery::Point& point = *dynamics.mutable_dynamics()->add_points();
     point.mutable_body()->set_name("b2");
     *point.mutable_local() = xyz(0, 0, 1);
-    all_ = {ray, sweep, near, contacts, distance, by_joint, dynamics, hash_query()};
+    all_ = {ray, rays, sweep, near, contacts, distance, by_joint, dynamics, hash_query()};
     all_.emplace_back().mutable_states();
     all_.emplace_back().mutable_joint_states();
     all_.emplace_back().mutable_find_bodies();

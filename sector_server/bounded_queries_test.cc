@@ -1,4 +1,5 @@
 // Queries that may take only so much of a server between two ticks.
+#include "proto/ray_columns.h"
 #include "sector_server/test_server.h"
 
 namespace tessera {
@@ -25,14 +26,20 @@ class SlowServer : public testing::Test {
   // Of a grant of so many ticks, with questions of so many hashes each after them.
   std::vector<v1::Answer> ask(std::uint64_t ticks, const std::vector<int>& hashes, std::uint64_t work_us_max,
                               std::uint64_t bytes_max = 0) {
-    v1::ClusterMessage message;
-    v1::Grant& grant = *message.mutable_grant() = grant_of(++serial_, ticks);
+    std::vector<v1::Queries> all;
     for (const int count : hashes) {
-      v1::Queries& queries = *grant.add_questions()->mutable_queries();
+      v1::Queries& queries = all.emplace_back();
       queries.set_work_us_max(work_us_max);
       queries.set_bytes_max(bytes_max);
       for (int n = 0; n < count; ++n) queries.add_all()->mutable_hash();
     }
+    return ask(ticks, all);
+  }
+
+  std::vector<v1::Answer> ask(std::uint64_t ticks, const std::vector<v1::Queries>& all) {
+    v1::ClusterMessage message;
+    v1::Grant& grant = *message.mutable_grant() = grant_of(++serial_, ticks);
+    for (const v1::Queries& queries : all) *grant.add_questions()->mutable_queries() = queries;
     machine_.receive(kCoordinatorNode, message, now_);
     while (machine_.work_left()) machine_.proceed(now_);
     std::vector<v1::Answer> answers;
@@ -86,6 +93,25 @@ TEST_F(SlowServer, OneQueryIsAnsweredHoweverLongItTakes) {
   ASSERT_EQ(answers.size(), 1u);
   EXPECT_EQ(answers[0].results_size(), 1);
   EXPECT_EQ(answers[0].work_us(), 1000u);
+}
+
+// Rays in columns are many: it looks at the clock among them.
+TEST_F(SlowServer, OfRaysInColumnsNoMoreIsAnsweredThanThereIsTimeFor) {
+  const auto answer_to = [this](int rays, std::uint64_t work_us_max) {
+    v1::Queries queries;
+    queries.set_work_us_max(work_us_max);
+    RayWriter writer(*queries.add_all()->mutable_rays());
+    for (int n = 0; n < rays; ++n) writer.add({{{0, 0, 1}, {0, 0, 12}}, {0, 0, -1}, 5, {}});
+    return ask(1, std::vector<v1::Queries>{queries}).at(0);
+  };
+  v1::Answer answer = answer_to(100, 0);
+  EXPECT_EQ(answer.results(0).result().rays().bodies_size(), 100);
+  answer = answer_to(1, 500);
+  EXPECT_EQ(answer.results(0).result().rays().bodies_size(), 1) << "one is answered, at least";
+  answer = answer_to(100, 3000);
+  EXPECT_EQ(answer.excess(), v1::Answer::WORK);
+  EXPECT_EQ(answer.results_size(), 0);
+  EXPECT_EQ(answer.work_us(), 3000u) << "it stops there";
 }
 
 TEST_F(SlowServer, ResultsHaveABoundInBytes) {

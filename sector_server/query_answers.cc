@@ -17,6 +17,7 @@
 #include "lpss/programs/registry.h"
 #include "proto/body_columns.h"
 #include "proto/convert.h"
+#include "proto/ray_columns.h"
 #include "proto/snapshot.h"
 #include "proto/wire.h"
 #include "sector_server/contact_message.h"
@@ -27,6 +28,7 @@ namespace {
 // Sectors, how far from a probe bodies are searched for: as far as the coordinator allows.
 constexpr double kNearReachMax = 4;
 constexpr double kUnitTolerance = 1e-6;
+constexpr int kRaysBetweenLooks = 16;  // at the clock
 
 absl::StatusOr<Shape> probe_of(const v1::Geometry& geometry) {
   v1::Shape probe;
@@ -57,8 +59,7 @@ absl::Status check_probe(const v1::Geometry& geometry, const v1::WorldPose& pose
   return validate(probe, *shape, settings);
 }
 
-absl::Status check_way(const v1::Vector3& given, double length) {
-  const Eigen::Vector3d direction = from_proto(given);
+absl::Status check_way(const Eigen::Vector3d& direction, double length) {
   if (absl::Status status = finite("direction", direction); !status.ok()) return status;
   if (std::abs(direction.norm() - 1) > kUnitTolerance) return refused("a direction has no unit length");
   return bounded("length", length, 0, kRayLengthMax, "m");
@@ -75,19 +76,34 @@ absl::Status check_except(const Query& query) {
   return check_ids("bodies to pass through", query.except());
 }
 
+// Each array has an element for each ray.
+absl::Status check_rays(const v1::RaysQuery& query) {
+  if (absl::Status status = check_except(query); !status.ok()) return status;
+  const absl::StatusOr<RayReader> rays = RayReader::of(query);
+  if (!rays.ok()) return rays.status();
+  for (int n = 0; n < rays->size(); ++n) {
+    const RayRow ray = (*rays)[n];
+    if (absl::Status status = finite("origin", ray.origin.local); !status.ok()) return status;
+    if (absl::Status status = check_way(ray.direction, ray.length); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
 absl::Status check_query(const v1::Query& query, double sector_size) {
   switch (query.kind_case()) {
     case v1::Query::kRay:
       if (absl::Status status = finite("origin", from_proto(query.ray().origin()).local); !status.ok())
         return status;
       if (absl::Status status = check_except(query.ray()); !status.ok()) return status;
-      return check_way(query.ray().direction(), query.ray().length());
+      return check_way(from_proto(query.ray().direction()), query.ray().length());
+    case v1::Query::kRays:
+      return check_rays(query.rays());
     case v1::Query::kSweep:
       if (absl::Status status = check_probe(query.sweep().probe(), query.sweep().pose(), sector_size);
           !status.ok())
         return status;
       if (absl::Status status = check_except(query.sweep()); !status.ok()) return status;
-      return check_way(query.sweep().direction(), query.sweep().length());
+      return check_way(from_proto(query.sweep().direction()), query.sweep().length());
     case v1::Query::kNear:
       if (absl::Status status = check_probe(query.near().probe(), query.near().pose(), sector_size);
           !status.ok())
@@ -174,6 +190,46 @@ void write_hits(Queries& queries, const v1::RayQuery& ray, v1::RayHits& result) 
   } else if (const auto hit = queries.raycast(origin, direction, ray.length(), filter)) {
     write_hit(*hit, result);
   }
+}
+
+// The bodies that a ray passes through: those of all rays, and its own. Valid until the next call.
+class PassedByRay {
+ public:
+  explicit PassedByRay(const Bodies& bodies) : of_all_(ids_of(bodies)) {}
+
+  std::span<const BodyId> with(BodyId own) {
+    if (own.value == 0) return of_all_;
+    passed_ = of_all_;
+    const auto place = std::ranges::lower_bound(passed_, own);
+    if (place == passed_.end() || *place != own) passed_.insert(place, own);
+    return passed_;
+  }
+
+ private:
+  std::vector<BodyId> of_all_;
+  std::vector<BodyId> passed_;
+};
+
+// False where it stopped, after one ray at least, since that is all there is time for.
+bool write_first_hits(Queries& queries, const v1::RaysQuery& query, const std::function<bool()>& is_late,
+                      v1::HitColumns& result) {
+  const absl::StatusOr<RayReader> rays = RayReader::of(query);
+  invariant(rays.ok(), "queries are checked as they come");
+  PassedByRay passed(query.except());
+  result.mutable_bodies()->Reserve(rays->size());
+  result.mutable_distances()->Reserve(rays->size());
+  result.mutable_normals()->Reserve(3 * rays->size());
+  for (int n = 0; n < rays->size(); ++n) {
+    if (n > 0 && n % kRaysBetweenLooks == 0 && is_late()) return false;
+    const RayRow ray = (*rays)[n];
+    const QueryFilter filter{query.mask(), passed.with(ray.except)};
+    const RayAnswer hit = queries.raycast(ray.origin, ray.direction, ray.length, filter)
+                              .value_or(RayAnswer{{}, 0, Eigen::Vector3d::Zero()});
+    result.add_bodies(hit.body.value);
+    result.add_distances(hit.distance);
+    result.mutable_normals()->Add(hit.normal.data(), hit.normal.data() + 3);
+  }
+  return true;
 }
 
 void write_touch(Queries& queries, const v1::SweepQuery& sweep, v1::RayHits& result) {
@@ -304,20 +360,31 @@ void QueryAnswers::answer(const v1::Question& question, Tick tick, bool with_sha
   send_(kCoordinatorNode, message);
 }
 
-// The first query whose bounds are not used up is answered whole, however long that takes.
+// The first query whose bounds are not used up is answered whole, however long that takes; of rays in
+// columns, the first few are.
 void QueryAnswers::answer_queries(const v1::Queries& queries, const Clock& clock, v1::Answer& answer) {
   queries_.look_for_strays();
   const Nanoseconds work_max = std::chrono::microseconds(queries.work_us_max());
   const Nanoseconds before = bounded_work_;
   const Nanoseconds began = clock();
   Nanoseconds work{};
+  const auto has_used_up = [&] { return work_max > Nanoseconds::zero() && before + work >= work_max; };
+  const auto is_late = [&] {
+    work = clock() - began;
+    return has_used_up();
+  };
   std::uint64_t bytes = 0;
   for (const v1::Query& query : queries.all()) {
-    if (work_max > Nanoseconds::zero() && before + work >= work_max) answer.set_excess(v1::Answer::WORK);
+    if (has_used_up()) answer.set_excess(v1::Answer::WORK);
     if (queries.bytes_max() > 0 && bytes > queries.bytes_max()) answer.set_excess(v1::Answer::BYTES);
     if (answer.excess() != v1::Answer::NONE) break;
     v1::PartialResult& part = *answer.add_results();
-    write_part(partition_, queries_, query, part);
+    if (!query.has_rays()) {
+      write_part(partition_, queries_, query, part);
+    } else if (!write_first_hits(queries_, query.rays(), is_late, *part.mutable_result()->mutable_rays())) {
+      answer.set_excess(v1::Answer::WORK);
+      break;
+    }
     bytes += part.ByteSizeLong();
     work = clock() - began;
   }

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "coordinator/limits.h"
 #include "lpss/model/limits.h"
 #include "proto/convert.h"
+#include "proto/ray_columns.h"
 
 namespace tessera {
 namespace {
@@ -209,6 +211,7 @@ bool AnyMessage::fill_special(Message& message, const Field* as) {
   if (auto* state = cast<v1::SetState>(message)) return fill_state(*state), true;
   if (auto* removal = cast<v1::Remove>(message)) return fill_removal(*removal), true;
   if (auto* told = cast<v1::TellProgram>(message)) return fill_tell(*told), true;
+  if (auto* rays = cast<v1::RaysQuery>(message)) return fill_rays(*rays), true;
   if (auto* geometry = cast<v1::Geometry>(message)) return fill_geometry(*geometry, false), true;
   if (auto* turned = cast<v1::Quaternion>(message)) return fill_quaternion(*turned), true;
   if (auto* position = cast<v1::WorldPosition>(message)) return fill_position(*position), true;
@@ -282,6 +285,28 @@ void AnyMessage::fill_state(v1::SetState& command) {
   if (joint.type == v1::JOINT_FIXED || dice_.one_in(4)) return;
   child.add_positions(numbers_.within({-3, 3, 1}));
   if (dice_.one_in(2)) child.add_rates(numbers_.within({-kAngularSpeedMax / 2, kAngularSpeedMax / 2}));
+}
+
+// Columns that agree, of which one may be short: one element for all rays.
+void AnyMessage::fill_rays(v1::RaysQuery& rays) {
+  fill(rays);
+  if (!is_valid_ && dice_.one_in(3)) return;
+  v1::RaysQuery drawn;
+  RayWriter writer(drawn);
+  const google::protobuf::Descriptor& single = *v1::RayQuery::descriptor();
+  for (std::uint64_t left = dice_.below(kElementsMax + 1); left > 0; --left) {
+    v1::WorldPosition origin;
+    fill_position(origin);
+    v1::Vector3 direction;
+    fill_vector(direction, range_of(*single.FindFieldByName("direction")));
+    writer.add({from_proto(origin), from_proto(direction),
+                numbers_.within(range_of(*single.FindFieldByName("length"))),
+                BodyId{dice_.one_in(2) ? 0 : any_id()}});
+  }
+  if (drawn.lengths_size() > 1 && dice_.one_in(3)) drawn.mutable_lengths()->Truncate(1);
+  drawn.set_mask(rays.mask());
+  drawn.mutable_except()->Swap(rays.mutable_except());
+  rays = std::move(drawn);
 }
 
 // A prefix that many bodies have is rare, for it would leave nothing.

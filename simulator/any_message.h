@@ -63,6 +63,7 @@ class AnyMessage {
   void fill_drive(v1::JointDrive& drive);
   double extent();
 
+  void fill_rays(v1::RaysQuery& rays);
   void fill_vector(v1::Vector3& vector, const NumberRange& range);
   void fill_quaternion(v1::Quaternion& quaternion);
   void fill_position(v1::WorldPosition& position);

@@ -65,6 +65,29 @@ TEST_F(QueriesTest, RayGoesThroughThreeSectorsOnTwoServers) {
   EXPECT_NEAR(ground->distance, 3, 1e-3);
 }
 
+TEST_F(QueriesTest, ManyRaysAreOneQuery) {
+  const BodyId crate = client().find("crate_0").value().id;
+  const WorldPosition above{{0, 0, 0}, {0, 0, 8}};
+  QueryList queries;
+  const auto rays = queries.rays({.rays = {{above, {0, 0, -2}, 20},
+                                           {above, {0, 0, -2}, 20, crate},
+                                           {above, {0, 0, 1}, 20},
+                                           {{{-2, 0, 0}, {3, 0, 3}}, {1, 0, 0}, 100}}});
+  const auto single = queries.ray({{{-2, 0, 0}, {3, 0, 3}}, {1, 0, 0}, 100});
+  const Answers answers = client().ask(queries, kPatience).value();
+  const std::vector<std::optional<FirstHit>> hits = answers[rays];
+  ASSERT_EQ(hits.size(), 4u);
+  EXPECT_EQ(hits[0].value().body, crate);
+  EXPECT_NEAR(hits[0]->distance, 4.5, 1e-4);
+  EXPECT_EQ(hits[1].value().body, client().find("ground").value().id);
+  EXPECT_FALSE(hits[2]);
+  const std::vector<RayResult> one = answers[single];
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(hits[3].value().body, one[0].body);
+  EXPECT_EQ(hits[3]->distance, one[0].distance);
+  EXPECT_EQ(hits[3]->position, one[0].position);
+}
+
 TEST_F(QueriesTest, SpawnedBodyIsFoundMovedAndRemoved) {
   const Spawned ball = client().spawn(solid("ball", sphere(0.5), 2, {{5, 0, 0}, {0, 0, 4}})).value();
   EXPECT_EQ(client().find("ball").value().id, ball.id);

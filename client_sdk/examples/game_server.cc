@@ -100,19 +100,21 @@ int main(int argc, char** argv) {
   for (std::int64_t frame = 0; frame < 60 * seconds; ++frame) {
     tessera::Batch batch;
     batch.commands = act(frame, characters);
-    std::vector<tessera::QueryPlace<std::vector<tessera::RayResult>>> feet;
+    tessera::RaysQuery down;
     for (const tessera::BodySample& one : characters) {
-      feet.push_back(batch.queries.ray(
-          {.origin = one.pose.position, .direction = {0, 0, -1}, .length = 1.2, .except = {one.id}}));
+      down.rays.push_back(
+          {.origin = one.pose.position, .direction = {0, 0, -1}, .length = 1.2, .except = one.id});
     }
+    const auto feet = batch.queries.rays(down);
     const auto states = batch.queries.states({}, "character");
     const auto zone =
         batch.queries.near({.pose = {}, .probe = tessera::Box{{10, 10, 4}}, .except = {"ground"}});
     const auto sent = Clock::now();
     const tessera::Answers answers = value_or_end(client->run(batch, absl::Seconds(5)), "frame");
     waits.push_back(std::chrono::duration<double, std::milli>(Clock::now() - sent).count());
+    const auto hits = answers[feet];
     grounded = static_cast<std::size_t>(
-        std::count_if(feet.begin(), feet.end(), [&](const auto& ray) { return !answers[ray].empty(); }));
+        std::count_if(hits.begin(), hits.end(), [](const auto& hit) { return hit.has_value(); }));
     characters = answers[states];
     in_zone = answers[zone].size();
     next += kFrame;

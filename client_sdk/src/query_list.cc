@@ -8,6 +8,7 @@
 #include "client_sdk/src/references.h"
 #include "proto/body_columns.h"
 #include "proto/convert.h"
+#include "proto/ray_columns.h"
 #include "tessera/batch.h"
 
 namespace tessera {
@@ -117,8 +118,30 @@ bool agree(const v1::Dynamics& dynamics) {
          (freedoms > 0 ? dynamics.jacobians_size() % (6 * freedoms) == 0 : dynamics.jacobians_size() == 0);
 }
 
-absl::Status check(const v1::QueryResult& result) {
+struct Hits {
+  absl::Status status;
+  std::vector<HitRow> rows;
+};
+
+Hits hits_of(const v1::HitColumns& columns) {
+  Hits result;
+  result.status = append_rows(columns, result.rows);
+  return result;
+}
+
+// Whether there is a hit, or that there is none, for each ray.
+absl::Status check(const v1::RaysQuery& rays, const v1::HitColumns& hits) {
+  const absl::StatusOr<RayReader> asked = RayReader::of(rays);
+  if (!asked.ok()) return asked.status();
+  if (hits.bodies_size() != asked->size())
+    return absl::DataLossError("the answer has another number of rays than the query");
+  return hits_of(hits).status;
+}
+
+absl::Status check(const v1::Query& query, const v1::QueryResult& result) {
   switch (result.kind_case()) {
+    case v1::QueryResult::kRays:
+      return check(query.rays(), result.rays());
     case v1::QueryResult::kStates:
       return rows_of(result.states()).status;
     case v1::QueryResult::kJointStates:
@@ -144,7 +167,7 @@ absl::Status check_results(const v1::Request& request, const v1::Reply& reply) {
   for (int n = 0; n < reply.results_size(); ++n) {
     if (static_cast<int>(reply.results(n).kind_case()) != static_cast<int>(request.queries(n).kind_case()))
       return absl::DataLossError("a result of another kind than its query");
-    if (absl::Status status = check(reply.results(n)); !status.ok()) return status;
+    if (absl::Status status = check(request.queries(n), reply.results(n)); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -168,6 +191,15 @@ QueryPlace<std::vector<RayResult>> QueryList::ray_all(const RayQuery& ray) {
 
 QueryPlace<bool> QueryList::ray_any(const RayQuery& ray) {
   *request_->add_queries()->mutable_ray() = to_proto(ray, v1::RayQuery::ANY);
+  return {request_->queries_size() - 1};
+}
+
+QueryPlace<std::vector<std::optional<FirstHit>>> QueryList::rays(const RaysQuery& rays) {
+  v1::RaysQuery& query = *request_->add_queries()->mutable_rays();
+  RayWriter writer(query);
+  writer.reserve(static_cast<int>(rays.rays.size()));
+  for (const RaysQuery::Ray& ray : rays.rays) writer.add({ray.origin, ray.direction, ray.length, ray.except});
+  take_filter(rays, query);
   return {request_->queries_size() - 1};
 }
 
@@ -295,6 +327,16 @@ std::vector<RayResult> Answers::operator[](QueryPlace<std::vector<RayResult>> pl
 }
 
 bool Answers::operator[](QueryPlace<bool> place) const { return reply_->results(place.place).ray().hit(); }
+
+std::vector<std::optional<FirstHit>> Answers::operator[](
+    QueryPlace<std::vector<std::optional<FirstHit>>> place) const {
+  std::vector<std::optional<FirstHit>> hits;
+  for (const HitRow& row : hits_of(reply_->results(place.place).rays()).rows) {
+    hits.emplace_back();
+    if (row.body.value != 0) hits.back() = FirstHit{row.body, row.distance, row.position, row.normal};
+  }
+  return hits;
+}
 
 std::vector<Neighbour> Answers::operator[](QueryPlace<std::vector<Neighbour>> place) const {
   std::vector<Neighbour> neighbours;

@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#include "proto/ray_columns.h"
 #include "tessera/batch.h"
 
 namespace tessera {
@@ -88,6 +89,32 @@ TEST(QueryList, ADistanceBeyondTheReachIsNone) {
   EXPECT_EQ(one.answers()[place]->normal.x(), -1);
   distance.set_beyond(true);
   EXPECT_FALSE(one.answers()[place]);
+}
+
+TEST(QueryList, RaysInColumnsHaveAHitOrNoneEach) {
+  QueryList queries;
+  RaysQuery rays;
+  rays.rays.resize(2);
+  const auto place = queries.rays(rays);
+  EXPECT_EQ(queries.size(), 1u);
+  OneResult one;
+  RayWriter asked(*one.request.add_queries()->mutable_rays());
+  HitWriter hits(*one.result.mutable_rays());
+  asked.add({});
+  hits.add({});
+  asked.add({});
+  EXPECT_FALSE(one.is_taken()) << "a ray has no result";
+  hits.add({BodyId{3}, 2.5, {{1, 0, 0}, {1, 2, 3}}, {0, 0, 1}});
+  ASSERT_TRUE(one.is_taken());
+  const std::vector<std::optional<FirstHit>> found = one.answers()[place];
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_FALSE(found[0]);
+  ASSERT_TRUE(found[1]);
+  EXPECT_EQ(found[1]->body, BodyId{3});
+  EXPECT_EQ(found[1]->distance, 2.5);
+  EXPECT_EQ(found[1]->position, (WorldPosition{{1, 0, 0}, {1, 2, 3}}));
+  one.result.mutable_rays()->add_distances(1);
+  EXPECT_FALSE(one.is_taken());
 }
 
 TEST(QueryList, ContactsComeWithTheirPoints) {

@@ -186,8 +186,8 @@ class ClientFigures {
     return figures;
   }
 
-  static RayQuery down_at(std::uint64_t n) {
-    RayQuery ray;
+  static RaysQuery::Ray down_at(std::uint64_t n) {
+    RaysQuery::Ray ray;
     ray.origin.local = {kCharactersApart * static_cast<double>(n % kCharactersInRow) - 25.0,
                         kCharactersApart * static_cast<double>(n / kCharactersInRow % 20) - 20.0, 5};
     ray.direction = {0, 0, -1};
@@ -195,17 +195,26 @@ class ClientFigures {
     return ray;
   }
 
+  static void add_one_by_one(const RaysQuery& rays, QueryList& queries) {
+    for (const RaysQuery::Ray& ray : rays.rays)
+      queries.ray({.origin = ray.origin, .direction = ray.direction, .length = ray.length});
+  }
+
   absl::Status rays(const WorldDescription& world) {
     if (absl::Status status = load(world, /*runs=*/true); !status.ok()) return status;
-    for (const int list : {1, 100, 1000}) {
-      Figures figures;
-      absl::Status status = repeat(time_, figures, [&, n = std::uint64_t{0}]() mutable {
-        Batch batch;
-        for (int k = 0; k < list; ++k) batch.queries.ray(down_at(n++));
-        return client().run(batch).status();
-      });
-      if (!status.ok()) return status;
-      add("rays", 1, static_cast<std::uint64_t>(list), std::move(figures));
+    for (const bool in_columns : {false, true}) {
+      for (const int list : {1, 100, 1000, 10'000}) {
+        Figures figures;
+        absl::Status status = repeat(time_, figures, [&, n = std::uint64_t{0}]() mutable {
+          RaysQuery rays;
+          for (int k = 0; k < list; ++k) rays.rays.push_back(down_at(n++));
+          Batch batch;
+          in_columns ? static_cast<void>(batch.queries.rays(rays)) : add_one_by_one(rays, batch.queries);
+          return client().run(batch).status();
+        });
+        if (!status.ok()) return status;
+        add(in_columns ? "rays in columns" : "rays", 1, static_cast<std::uint64_t>(list), std::move(figures));
+      }
     }
     return absl::OkStatus();
   }
@@ -216,7 +225,9 @@ class ClientFigures {
     Figures figures;
     absl::Status status = repeat(time_, figures, [&] {
       Batch batch = velocities(0, kCharacters);
-      for (std::uint64_t k = 0; k < kCharacters; ++k) batch.queries.ray(down_at(k));
+      RaysQuery feet;
+      for (std::uint64_t k = 0; k < kCharacters; ++k) feet.rays.push_back(down_at(k));
+      batch.queries.rays(feet);
       batch.queries.states({});
       return client().run(batch).status();
     });

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "lpss/partition/packing.h"
@@ -16,16 +15,9 @@ namespace {
 // m, that a hit found from one sector may be off from the same one found from another.
 constexpr double kSameHit = 1e-3;
 
-auto order_of(const RayAnswer& answer) { return std::pair(answer.distance, answer.body); }
-
-// Where several sectors know parts of a body that a probe is in, which one says so first must not matter.
-auto whole_order_of(const RayAnswer& answer) {
-  return std::tuple(answer.distance, answer.body, answer.normal.x(), answer.normal.y(), answer.normal.z());
-}
-
 // Keeps the first one.
 void take(const RayAnswer& answer, std::optional<RayAnswer>& nearest) {
-  if (!nearest || whole_order_of(answer) < whole_order_of(*nearest)) nearest = answer;
+  if (!nearest || order_of(answer) < order_of(*nearest)) nearest = answer;
 }
 
 Queries with_strays(Partition& partition) {

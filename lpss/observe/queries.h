@@ -12,6 +12,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "lpss/observe/passing_worlds.h"
@@ -25,6 +26,12 @@ struct RayAnswer {
   double distance = 0;  // m, from the origin of the ray, or that a probe has gone
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // on the body
 };
+
+// The order in which the first one counts. A body that is found from several places may be told with
+// different normals at one distance: which place says so first must not matter.
+inline auto order_of(const RayAnswer& answer) {
+  return std::tuple(answer.distance, answer.body, answer.normal.x(), answer.normal.y(), answer.normal.z());
+}
 
 // Any number of questions, which share what has to be made for them: cheaper than one by one. May be kept
 // from tick to tick, as long as the partition.

@@ -205,6 +205,26 @@ struct RayResult {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 };
 
+// Many rays, each up to its first hit: faster than one by one.
+struct RaysQuery {
+  struct Ray {
+    WorldPosition origin;
+    Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // of any length but zero
+    double length = 100;                                   // m
+    BodyId except = {};                                    // passes through this one, too; 0: none
+  };
+  std::vector<Ray> rays;
+  std::uint32_t mask = 0;             // collision categories that count; 0: all
+  std::vector<BodyName> except = {};  // all rays pass through these
+};
+
+struct FirstHit {
+  BodyId body;
+  double distance = 0;  // m
+  WorldPosition position;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+};
+
 // A convex probe that moves along a line without turning.
 struct SweepQuery {
   WorldPose pose;
@@ -387,6 +407,8 @@ class QueryList {
   QueryPlace<std::vector<RayResult>> ray_all(const RayQuery& ray);
   // Whether anything is hit.
   QueryPlace<bool> ray_any(const RayQuery& ray);
+  // The first hit of each ray, in their order; nothing where there is none.
+  QueryPlace<std::vector<std::optional<FirstHit>>> rays(const RaysQuery& rays);
   // The first contact, if there is one.
   QueryPlace<std::vector<RayResult>> sweep(const SweepQuery& sweep);
   // Ascending by distance and id.
@@ -436,6 +458,8 @@ class Answers {
   // The results of queries of the same batch.
   std::vector<RayResult> operator[](QueryPlace<std::vector<RayResult>> place) const;
   bool operator[](QueryPlace<bool> place) const;
+  std::vector<std::optional<FirstHit>> operator[](
+      QueryPlace<std::vector<std::optional<FirstHit>>> place) const;
   std::vector<Neighbour> operator[](QueryPlace<std::vector<Neighbour>> place) const;
   std::vector<BodySample> operator[](QueryPlace<std::vector<BodySample>> place) const;
   std::vector<JointValues> operator[](QueryPlace<std::vector<JointValues>> place) const;

@@ -61,6 +61,15 @@ def test_a_lidar_is_one_origin_and_many_directions(client: tessera.Client, crate
     assert (one.id, one.distance) == (hits.ids[0], hits.distances[0])
 
 
+def test_each_ray_may_pass_through_a_body_of_its_own(client: tessera.Client, crates: list[int]) -> None:
+    down = client.raycast((0, 0, 8), [(0, 0, -1)] * 3, excepting_by_ray=[0, crates[2], crates[1]])
+    ground = client.find("ground").id
+    assert isinstance(down, tessera.RayHits)
+    assert down.ids.tolist() == [crates[2], ground, crates[2]]
+    with pytest.raises(tessera.InvalidArgument, match=r"lengths\[1\] = -2"):
+        client.raycast((0, 0, 8), [(0, 0, -1)] * 3, [1, -2, 3])
+
+
 def test_arrays_of_another_shape_are_named() -> None:
     with pytest.raises(ValueError, match=r"directions: an array \[2, 3\] or \[3\] is expected, not one of"):
         queries.rays([(0, 0, 1), (0, 0, 2)], [(0, 0)])

@@ -328,6 +328,7 @@ class Client(CommandMethods, QueryMethods):
         sectors: ArrayLike = ORIGIN,
         mask: int = 0,
         excepting: Iterable[BodyName] = (),
+        excepting_by_ray: ArrayLike = 0,
     ) -> RayHits:
         ...
 

@@ -28,6 +28,14 @@ def packed_fields(message: Any) -> Packed:
     return fields
 
 
+def put_numbers(message: Any, **columns: NDArray[Any]) -> None:
+    """Fills repeated fields whose type has a fixed width on the wire; arrays are of that type."""
+    for name, array in columns.items():
+        data = array.tobytes()
+        tag = message.DESCRIPTOR.fields_by_name[name].number << 3 | _LENGTH_DELIMITED
+        message.MergeFromString(_varint_bytes(tag) + _varint_bytes(len(data)) + data)
+
+
 def numbers_of(fields: Packed, name: str, kind: type[np.generic], width: int = 1) -> NDArray[Any]:
     """Those of a field with that type, which has a fixed width on the wire: [n], or [n, width]."""
     values = np.frombuffer(fields.get(name, b""), dtype=kind)
@@ -56,3 +64,12 @@ def _varint(data: memoryview, place: int) -> tuple[int, int]:
         if byte < 0x80:
             return value, place
         shift += 7
+
+
+def _varint_bytes(value: int) -> bytes:
+    data = bytearray()
+    while value >= 0x80:
+        data.append(value & 0x7F | 0x80)
+        value >>= 7
+    data.append(value)
+    return bytes(data)

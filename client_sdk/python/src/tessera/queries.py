@@ -18,10 +18,11 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tessera._proto import query_pb2, tessera_pb2, world_pb2
 from tessera.client_methods import asking
+from tessera.columns import put_numbers
 from tessera.errors import DataLoss
 from tessera.frame import FoundContacts, to_found_contacts
 from tessera.position import (
@@ -65,6 +66,9 @@ Catalogue: TypeAlias = query_pb2.FoundBodies
 """Bodies with their names and properties, and their shapes by the ids in the properties."""
 
 T = TypeVar("T")
+
+_ROW = {"origins": (3,), "directions": (3,), "sectors": (3,), "lengths": (), "excepting_by_ray": ()}
+"""The shapes of what an array of rays has for each."""
 
 Results: TypeAlias = Sequence[query_pb2.QueryResult]
 
@@ -160,37 +164,37 @@ def rays(
     sectors: ArrayLike = ORIGIN,
     mask: int = 0,
     excepting: Iterable[BodyName] = (),
+    excepting_by_ray: ArrayLike = 0,
 ) -> Query[RayHits]:
-    """The nearest hits of n rays, as arrays. `origins` [n, 3] or [3] in m from the centres of `sectors` [n, 3] or [3],
-    64-bit integers; `directions` [n, 3] or [3], of any length but zero; `lengths` [n] or one, in m.
+    """The nearest hits of n rays, as arrays, up to 100,000 in a request. `origins` [n, 3] or [3] in m from the centres
+    of `sectors` [n, 3] or [3], 64-bit integers; `directions` [n, 3] or [3], of any length but zero; `lengths` [n] or
+    one, in m. `excepting_by_ray` [n] or one: the id of a body that only this ray passes through; 0: none.
     """
-    columns = {
+    given = {
         "origins": np.asarray(origins, dtype=np.float64),
         "directions": np.asarray(directions, dtype=np.float64),
         "sectors": np.asarray(sectors, dtype=np.int64),
         "lengths": np.asarray(lengths, dtype=np.float64),
+        "excepting_by_ray": np.asarray(excepting_by_ray, dtype=np.uint64),
     }
-    counts = [len(array) for name, array in columns.items() if array.ndim == (1 if name == "lengths" else 2)]
+    counts = [len(array) for name, array in given.items() if array.ndim > len(_ROW[name])]
     count = counts[0] if counts else 1
-    rows = {
-        name: _broadcast(array, (count,) if name == "lengths" else (count, 3), name)
-        for name, array in columns.items()
-    }
-    common = query_pb2.Query(ray={"mask": mask, "except": references(excepting)})
-    messages = []
-    for local, way, sector, length in zip(*rows.values()):
-        message = query_pb2.Query()
-        message.CopyFrom(common)
-        ray = message.ray
-        ray.length = length
-        to = ray.origin.sector
-        to.i, to.j, to.k = sector
-        to = ray.origin.local
-        to.x, to.y, to.z = local
-        to = ray.direction
-        to.x, to.y, to.z = way
-        messages.append(message)
-    return Query(messages, lambda results, tick: to_ray_hits([result.ray for result in results]))
+    arrays = {name: _broadcast(array, (count, *_ROW[name]), name) for name, array in given.items()}
+    message = query_pb2.Query(rays={"mask": mask, "except": references(excepting)})
+    table = given["sectors"].reshape(-1, 3)
+    if given["sectors"].ndim == 2:
+        table, sector = np.unique(given["sectors"], axis=0, return_inverse=True)
+        message.rays.sector.extend(sector.ravel().tolist())
+    for row in table.tolist():
+        message.rays.sectors.add(i=row[0], j=row[1], k=row[2])
+    put_numbers(
+        message.rays,
+        origins=arrays["origins"],
+        directions=arrays["directions"],
+        lengths=arrays["lengths"],
+        except_by_ray=arrays["excepting_by_ray"],
+    )
+    return Query([message], lambda results, tick: to_ray_hits(results[0].rays))
 
 
 def sweep(
@@ -442,14 +446,12 @@ def _geometry(probe: world_pb2.Shape) -> world_pb2.Geometry:
     return geometry
 
 
-def _broadcast(array: Any, shape: tuple[int, ...], name: str) -> list[Any]:
-    """As lists, whose numbers protobuf takes faster."""
+def _broadcast(array: NDArray[Any], shape: tuple[int, ...], name: str) -> NDArray[Any]:
     try:
-        rows: list[Any] = np.broadcast_to(array, shape).tolist()
+        return np.broadcast_to(array, shape)
     except ValueError:
         wanted = f"{list(shape)} or {list(shape[1:])}"
         raise ValueError(f"{name}: an array {wanted} is expected, not one of shape {array.shape}") from None
-    return rows
 
 
 def _hit(hit: query_pb2.RayHits.Hit) -> RayHit:

@@ -298,32 +298,18 @@ def to_applied(message: command_pb2.Applied) -> Applied:
     )
 
 
-def to_ray_hits(results: Sequence[query_pb2.RayHits]) -> RayHits:
-    """The first hit of each."""
-    found = [(place, result.hits[0]) for place, result in enumerate(results) if result.hits]
-    rows = np.array([place for place, _ in found], dtype=np.intp)
-    count = len(results)
-
-    def scattered(values: Any, fill: Any, kind: type[np.generic], width: int) -> NDArray[Any]:
-        array = np.full((count, width), fill, dtype=kind)
-        array[rows] = np.array(values, dtype=kind).reshape(-1, width)
-        return array
-
-    numbers = []
-    sectors = []
-    for _, hit in found:
-        local, normal, sector = hit.position.local, hit.normal, hit.position.sector
-        numbers.append((local.x, local.y, local.z, normal.x, normal.y, normal.z, hit.distance))
-        sectors.append((sector.i, sector.j, sector.k))
-    values = scattered(numbers, np.nan, np.float64, 7)
-    distances = values[:, 6].copy()
-    distances[np.isnan(distances)] = np.inf
+def to_ray_hits(message: query_pb2.HitColumns) -> RayHits:
+    packed = packed_fields(message)
+    ids = numbers_of(packed, "bodies", np.uint64)
+    hit = ids != 0
+    table = np.array([(one.i, one.j, one.k) for one in message.sectors] or [(0, 0, 0)], dtype=np.int64)
+    sectors = table[varints_of(packed, "sector").astype(np.intp)]
     return RayHits(
-        ids=scattered([hit.body for _, hit in found], 0, np.uint64, 1)[:, 0],
-        distances=distances,
-        sectors=scattered(sectors, 0, np.int64, 3),
-        local=values[:, 0:3],
-        normals=values[:, 3:6],
+        ids=ids,
+        distances=np.where(hit, numbers_of(packed, "distances", np.float64), np.inf),
+        sectors=np.where(hit[:, np.newaxis], sectors, 0),
+        local=np.where(hit[:, np.newaxis], numbers_of(packed, "positions", np.float64, 3), np.nan),
+        normals=np.where(hit[:, np.newaxis], numbers_of(packed, "normals", np.float64, 3), np.nan),
     )
 
 
