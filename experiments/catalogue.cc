@@ -13,6 +13,7 @@
 #include "experiments/performance/idle.h"
 #include "experiments/performance/performance.h"
 #include "experiments/performance/scaling.h"
+#include "experiments/programs/outside.h"
 #include "experiments/programs/programs.h"
 #include "experiments/requirements/requirements.h"
 #include "experiments/robots/robots.h"
@@ -48,6 +49,8 @@ const std::vector<Experiment>& all_experiments() {
       {"models",
        "World files of other projects: which load, hold together and come to rest; robots on a plane.",
        measure_models, /*has_scenes=*/true, /*has_worlds=*/true},
+      {"outside", "A crowd that decides as programs, and as the code of a client: ticks, latency, bytes.",
+       measure_outside},
       {"overhead", "The time of a tick by phase, for 128 to 32,768 bodies, compared with plain Bullet.",
        measure_overhead},
       {"performance",

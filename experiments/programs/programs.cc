@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <functional>
 #include <memory>
 #include <numeric>
@@ -12,58 +11,29 @@
 #include <vector>
 
 #include "cli/measure/stopwatch.h"
+#include "experiments/programs/people.h"
 #include "lpss/simulation/example_programs.h"
 #include "lpss/simulation/simulation.h"
 
 namespace tessera {
 namespace {
 
-constexpr double kCrowdSectorSize = 32;  // m
-constexpr int kPeople = 500;
 constexpr int kCars = 60;
 constexpr int kLifts = 200;
 
-WorldBuilder on_plane(Precision precision) {
-  WorldSettings settings;
-  settings.precision = precision;
-  settings.sector_size = kCrowdSectorSize;
-  settings.gravity = UniformGravity{{0, 0, -9.81}};
-  WorldBuilder builder(settings);
-  builder.add("floor", builder.shape(Plane{}), 1, Eigen::Vector3d::Zero(), Motion::kStatic);
-  return builder;
-}
-
-// The n-th place of a square of `count`, so far apart (m).
-Eigen::Vector3d place_of(int n, int count, double apart, double height) {
-  const int side = static_cast<int>(std::ceil(std::sqrt(count)));
-  const int column = n % side - side / 2;
-  const int row = n / side - side / 2;
-  return {apart * column + 0.1, apart * row + 0.2, height};
-}
-
-WorldDescription people(Precision precision, const ProgramNumbers& inputs, bool wander) {
-  WorldBuilder builder = on_plane(precision);
-  for (int n = 0; n < kPeople; ++n) {
-    BodyDescription& body =
-        add_character(builder, absl::StrCat("walker", n), place_of(n, kPeople, 4, kExampleStanding), inputs);
-    if (wander) body.programs.push_back(example_program("wander", {{"pause", 0}}));
-  }
-  return builder.world();
-}
-
 WorldDescription cars(Precision precision) {
-  WorldBuilder builder = on_plane(precision);
+  WorldBuilder builder = plane(precision);
   for (int n = 0; n < kCars; ++n)
-    add_car(builder, absl::StrCat("car", n), place_of(n, kCars, 12, 0.6),
+    add_car(builder, absl::StrCat("car", n), place_in_square(n, kCars, 12, 0.6),
             {{"throttle", 0.1}, {"speed", 4}, {"steer", 0.8}});
   return builder.world();
 }
 
 WorldDescription lifts(Precision precision) {
-  WorldBuilder builder = on_plane(precision);
+  WorldBuilder builder = plane(precision);
   const ShapeId box = builder.shape(Box{{2, 2, 0.2}});
   for (int n = 0; n < kLifts; ++n) {
-    builder.add(absl::StrCat("lift", n), box, 1, place_of(n, kLifts, 4, 0.5), Motion::kKinematic)
+    builder.add(absl::StrCat("lift", n), box, 1, place_in_square(n, kLifts, 4, 0.5), Motion::kKinematic)
         .programs.push_back(example_program("mover", {{"z", 5}, {"repeat", 1}, {"wait", 0}}));
   }
   return builder.world();
@@ -113,9 +83,9 @@ absl::StatusOr<Report> measure_programs(const ExperimentOptions& options, const 
   const std::vector<ProgramScene> scenes = {
       {"500 characters that walk",
        [](Precision p) {
-         return people(p, {{"x", 1}}, false);
+         return people_on_plane(p, {{"x", 1}});
        }},
-      {"500 characters that wander", [](Precision p) { return people(p, {}, true); }},
+      {"500 characters that wander", [](Precision p) { return wanderers_on_plane(p); }},
       {"60 cars", cars},
       {"200 lifts", lifts},
   };
