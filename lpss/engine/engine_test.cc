@@ -392,6 +392,38 @@ TEST(BoxTest, SweptBoxAndReach) {
   EXPECT_FALSE(world.world().reaches_home_body(around(0, -10), hint)) << "clone";
 }
 
+// Of a body that has just come from another server, what makes it go farther is set after it was added.
+TEST(BoxTest, ReachesAsFarAsWhatIsSetLaterSays) {
+  const auto engine = test_engine(test_settings());
+  const auto reaches = [&](const BodyState& state, const auto& set) {
+    TestWorld world(*engine);
+    BodyRecord record = dynamic_body(10, kBoxShape, {0, 0, 0});
+    record.state.linear_velocity = state.linear_velocity;
+    record.state.angular_velocity = state.angular_velocity;
+    record.state.activity = state.activity;
+    set(world.world(), world.add(record));
+    BodySlot hint = kNoSlot;
+    return world.world().reaches_home_body({Eigen::Vector3d(-0.1, 0.9, -0.1), Eigen::Vector3d(0.1, 1.1, 0.1)},
+                                           hint);
+  };
+  BodyState moving;
+  moving.linear_velocity = {30, 0, 0};
+  moving.angular_velocity = {0, 0, 30};
+  BodyState asleep;
+  asleep.activity = Activity::kAsleep;
+  EXPECT_FALSE(reaches({}, [](SectorWorld&, BodySlot) {}));
+  EXPECT_FALSE(reaches(moving, [](SectorWorld&, BodySlot) {}));
+  EXPECT_TRUE(reaches({}, [](SectorWorld& world, BodySlot slot) { world.set_surge(slot, 0.8); }));
+  EXPECT_TRUE(reaches({}, [](SectorWorld& world, BodySlot slot) {
+    world.add_wrench(slot, {{3000, 0, 0}, {}});  // N, on 1 kg: 0.8 m in a tick
+  }));
+  EXPECT_TRUE(reaches(moving, [](SectorWorld& world, BodySlot slot) { world.set_jointed(slot, true); }));
+  EXPECT_TRUE(reaches(asleep, [](SectorWorld& world, BodySlot slot) {
+    world.set_surge(slot, 0.8);
+    world.wake(slot);
+  }));
+}
+
 TEST(ContactTest, PairsAreSortedAndTold) {
   const auto engine = test_engine(test_settings());
   TestWorld world(*engine);

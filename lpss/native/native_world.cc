@@ -141,6 +141,17 @@ void NativeWorld::add_wrench(BodySlot slot, const Wrench& wrench) {
   pushed.torque += vector(wrench.torque);
   const Scalar surge = pushed.surge + pushed.surge_of(wrench, Scalar(settings_.time_step));
   pushed.surge = std::min(surge, Scalar(kSurgeMax));
+  note_home(pushed, homes_);
+}
+
+void NativeWorld::set_surge(BodySlot slot, double surge) {
+  body(slot).surge = Scalar(surge);
+  note_home(body(slot), homes_);
+}
+
+void NativeWorld::set_jointed(BodySlot slot, bool jointed) {
+  body(slot).jointed = jointed;
+  note_home(body(slot), homes_);
 }
 
 void NativeWorld::set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) {
@@ -186,6 +197,7 @@ void NativeWorld::wake(BodySlot slot) {
   if (body(slot).motion == Motion::kStatic) return;
   body(slot).activity = Activity::kAwake;
   body(slot).still_for = 0;
+  note_home(body(slot), homes_);
 }
 
 void NativeWorld::rest() {

@@ -44,9 +44,9 @@ class NativeWorld final : public SectorWorld {
   void add_wrench(BodySlot slot, const Wrench& wrench) override;
   void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) override;
   double surge(BodySlot slot) const override { return double(body(slot).surge); }
-  void set_surge(BodySlot slot, double surge) override { body(slot).surge = Scalar(surge); }
+  void set_surge(BodySlot slot, double surge) override;
   void set_range(BodySlot slot, Range range) override { body(slot).range = range; }
-  void set_jointed(BodySlot slot, bool jointed) override { body(slot).jointed = jointed; }
+  void set_jointed(BodySlot slot, bool jointed) override;
   void sleep(BodySlot slot) override;
   void wake(BodySlot slot) override;
   void rest() override;
