@@ -116,11 +116,10 @@ absl::Status RecordChecks::near(const std::string& what, const SectorIndex& home
   return finite(what, metres_between(home, other, settings_.sector_size), way_from_home_max(settings_), "m");
 }
 
-absl::Status RecordChecks::state(const SectorIndex& home, const BodyState& state) const {
+absl::Status RecordChecks::state(const BodyState& state) const {
   const Eigen::Vector3d position(state.position.data());
   absl::Status status = finite("position", position, way_from_home_max(settings_), "m");
   if (!status.ok()) return status;
-  if (auto place = canonical(home, position, settings_.sector_size); !place.ok()) return place.status();
   const Eigen::Matrix3d rotation(state.rotation.data());
   const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(off <= kRotationTolerance)) return refused("the rotation must be orthonormal, and is off by ", off);
@@ -138,7 +137,7 @@ absl::Status RecordChecks::record(const BodyRecord& record) const {
   if (absl::Status status = properties(record.id, record.properties); !status.ok()) return status;
   if (absl::Status status = check_programs(record.properties, record.programs); !status.ok())
     return in(title_of(record.id), status);
-  return in(title_of(record.id), state(record.home, record.state));
+  return in(title_of(record.id), state(record.state));
 }
 
 absl::Status RecordChecks::joint(const JointRecord& record) const {
@@ -202,7 +201,7 @@ absl::Status RecordChecks::command(const Command& command) const {
         } else if constexpr (std::is_same_v<C, RemoveJoint>) {
           return absl::OkStatus();
         } else if constexpr (std::is_same_v<C, Teleport> || std::is_same_v<C, KinematicTarget>) {
-          return first_error({id(c.id), in(title_of(c.id), state(c.home, c.state))});
+          return first_error({id(c.id), in(title_of(c.id), state(c.state))});
         } else if constexpr (std::is_same_v<C, RemoveBody>) {
           return id(c.id);
         } else if constexpr (std::is_same_v<C, SetProperties>) {
@@ -305,7 +304,7 @@ absl::Status check(const Partition& partition, const SharedState& shared,
     status = checks.properties(known.introduction.id, known.introduction.properties);
     if (!status.ok()) return status;
     if (known.introduction.id != known.update.id) return refused("a replica has two ids");
-    if (status = checks.state(known.update.home, known.update.state); !status.ok()) return status;
+    if (status = checks.state(known.update.state); !status.ok()) return status;
   }
   absl::flat_hash_set<SectorIndex> known;
   for (const MovedSector& sector : sectors) {
@@ -315,7 +314,7 @@ absl::Status check(const Partition& partition, const SharedState& shared,
       if (moved.record.home != sector.sector || moved.record.properties.motion == Motion::kStatic)
         return refused(title_of(moved.record.id), ": it does not live in the sector that lists it");
       if (status = records.add(moved.record); !status.ok()) return status;
-      if (moved.kinematic_target) status = checks.state(sector.sector, *moved.kinematic_target);
+      if (moved.kinematic_target) status = checks.state(*moved.kinematic_target);
       if (status.ok()) status = check_joints(moved, records);
       if (!status.ok()) return in(title_of(moved.record.id), status);
     }
@@ -325,7 +324,7 @@ absl::Status check(const Partition& partition, const SharedState& shared,
       if (!status.ok()) return status;
       if (clone.introduction.id != clone.update.id || !clones.insert(clone.update.id).second)
         return refused(title_of(clone.update.id), ": a sector has two replicas of it");
-      if (status = checks.state(clone.update.home, clone.update.state); !status.ok()) return status;
+      if (status = checks.state(clone.update.state); !status.ok()) return status;
     }
   }
   return absl::OkStatus();

@@ -32,8 +32,9 @@ class RecordChecks {
   absl::Status id(BodyId id) const;
   absl::Status properties(BodyId id, const BodyProperties& properties) const;
 
-  // Of a body whose position is relative to `home`.
-  absl::Status state(const SectorIndex& home, const BodyState& state) const;
+  // Its position is relative to its home. At the edge of the representable world it may be beyond the last
+  // sector, where a body is only stopped as the next tick begins.
+  absl::Status state(const BodyState& state) const;
 
   // Whether a sector is so near to a body's home that a tick may take the body there.
   absl::Status near(const std::string& what, const SectorIndex& home, const SectorIndex& other) const;

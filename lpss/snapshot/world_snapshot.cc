@@ -84,13 +84,11 @@ class Check {
   absl::Status near(const std::string& what, const SectorIndex& home, const SectorIndex& other) const {
     return checks_.near(what, home, other);
   }
-  absl::Status state(const SectorIndex& home, const BodyState& state) const {
-    return checks_.state(home, state);
-  }
+  absl::Status state(const BodyState& state) const { return checks_.state(state); }
 
   absl::Status body(const BodyRecord& record) {
     if (absl::Status status = properties(record.id, record.properties); !status.ok()) return status;
-    if (absl::Status status = state(record.home, record.state); !status.ok()) return status;
+    if (absl::Status status = state(record.state); !status.ok()) return status;
     if (absl::Status status = check_programs(record.properties, record.programs); !status.ok()) return status;
     if (bodies_.emplace(record.id, &record).second) return absl::OkStatus();
     return refused("the id is given twice");
@@ -112,7 +110,7 @@ class Check {
         if (!status.ok()) return in(what, status);
       }
       if (!moved.kinematic_target) continue;
-      if (absl::Status status = state(sector.sector, *moved.kinematic_target); !status.ok())
+      if (absl::Status status = state(*moved.kinematic_target); !status.ok())
         return in(absl::StrCat(what, ": kinematic target"), status);
     }
     return ascend("ids of a sector's bodies", sector.bodies,
@@ -209,7 +207,7 @@ class Check {
         introduction.properties.shape != body->second->properties.shape) {
       return refused(what, ": its properties are not those of the body");
     }
-    if (absl::Status status = state(update.home, update.state); !status.ok()) return in(what, status);
+    if (absl::Status status = state(update.state); !status.ok()) return in(what, status);
     if (absl::Status status = near("way to its next home", update.home, update.next_home); !status.ok())
       return in(what, status);
     if (!(update.surge >= 0 && update.surge <= kSurgeMax))
