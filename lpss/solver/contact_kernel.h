@@ -1,6 +1,8 @@
 // The kernel of contact_rows.h, for any Lanes. Included by one file for each processor it is compiled for.
 #pragma once
 
+#include <limits>
+
 #include "lpss/solver/contact_lanes.h"
 #include "lpss/solver/contact_rows.h"
 
@@ -319,7 +321,12 @@ class Kernel : ContactLanes<L> {
     V share[2];
     if constexpr (kHasSurfaces) {
       scale_tangents(*surfaces, normal, f.tangent, share);
-      f.radius = f.radius + load(surfaces->torsion) * inverse_or_zero(load(patches.friction));
+      // Lanes without torsion are here, too, if others have some, and the inverse of the least friction is
+      // infinite.
+      const V torsion = load(surfaces->torsion);
+      const V arm =
+          min(torsion * inverse_or_zero(load(patches.friction)), splat(std::numeric_limits<Scalar>::max()));
+      f.radius = f.radius + (torsion > zero ? arm : zero);
     }
     for (int k = 0; k < 2; ++k) {
       const V3 turn_a = cross(lever_a, f.tangent[k]);

@@ -264,6 +264,31 @@ TYPED_TEST(ContactSolverTest, SurfacesOfOthersChangeNoBitOfACubeThatHardlyTurns)
   }
 }
 
+// The inverse of such a friction is infinite.
+TYPED_TEST(ContactSolverTest, SurfacesOfOthersChangeNoBitOfACubeWithTheLeastFriction) {
+  using V = typename Cubes<TypeParam>::Vector;
+  for (const int lanes : ContactSolver<TypeParam>::widths()) {
+    V ends[2];
+    for (const bool has_surface : {false, true}) {
+      Cubes<TypeParam> cubes;
+      cubes.set_lanes(lanes);
+      for (const std::size_t n : {1, 2}) {
+        cubes.add(V(TypeParam(4 * n), 0, TypeParam(0.5)));
+        cubes.touch(n, 0, std::numeric_limits<TypeParam>::denorm_min());
+      }
+      cubes.body(1).angular = V(0, 0, 1);
+      typename ContactSolver<TypeParam>::Surface surface;
+      surface.torsion = TypeParam(0.1);
+      if (has_surface) cubes.patches()[1].surface = &surface;
+      cubes.step();
+      ends[has_surface] = cubes.body(1).angular;
+      EXPECT_TRUE(cubes.body(1).angular.allFinite() && cubes.body(2).angular.allFinite())
+          << lanes << " lanes";
+    }
+    EXPECT_EQ(ends[0], ends[1]) << lanes << " lanes";
+  }
+}
+
 // A server that solves an island of others does not know where static bodies are.
 TYPED_TEST(ContactSolverTest, LeversOfWhatCannotMoveChangeNoBit) {
   typename Cubes<TypeParam>::Vector ends[2];
