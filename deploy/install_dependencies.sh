@@ -26,6 +26,8 @@ web_packages=()
 command -v node >/dev/null && command -v npm >/dev/null || web_packages+=(nodejs npm)
 test_packages=(
   ccache clang-format-14 clang-tidy-16 etcd-server file libgeographiclib-dev libgmock-dev libgtest-dev libyaml-cpp-dev valgrind
+  # programs in WebAssembly: their engine, and what makes and compares modules
+  clang-14 libmozjs-102-dev lld-14 wabt
   # the Python client
   mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
   python3-zstandard
