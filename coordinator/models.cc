@@ -14,7 +14,9 @@ namespace {
 
 v1::World world_of(const v1::Model& model, const WorldSettings& settings) {
   v1::World world;
-  *world.mutable_settings() = to_proto(settings);
+  WorldSettings without_modules = settings;
+  without_modules.modules.clear();
+  *world.mutable_settings() = to_proto(without_modules);
   *world.mutable_shapes() = model.shapes();
   *world.mutable_bodies() = model.bodies();
   *world.mutable_joints() = model.joints();

@@ -9,6 +9,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/checks.h"
+#include "lpss/programs/module.h"
 #include "proto/convert.h"
 
 namespace tessera {
@@ -94,6 +95,8 @@ v1::WorldSettings to_proto(const WorldSettings& settings) {
     result.mutable_central_gravity()->set_surface(planet.surface);
     result.mutable_central_gravity()->set_radius(planet.radius);
   }
+  for (const std::shared_ptr<const ProgramModule>& module : settings.modules)
+    result.add_modules(module->bytes);
   return result;
 }
 
@@ -109,6 +112,13 @@ absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& message) {
   absl::StatusOr<Gravity> pull = gravity(message);
   if (!pull.ok()) return pull.status();
   result.gravity = *std::move(pull);
+  if (message.modules_size() > static_cast<int>(kModulesMax))
+    return refused("modules: their number ", message.modules_size(), " must be at most ", kModulesMax);
+  for (int n = 0; n < message.modules_size(); ++n) {
+    absl::StatusOr<std::shared_ptr<const ProgramModule>> module = load_module(message.modules(n));
+    if (!module.ok()) return in(absl::StrCat("module ", n), module.status());
+    result.modules.push_back(*std::move(module));
+  }
   return result;
 }
 

@@ -14,8 +14,11 @@
 #include <utility>
 
 #include "lpss/engine/test_world.h"
+#include "lpss/programs/module.h"
+#include "lpss/programs/registry.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/partition_cluster.h"
+#include "lpss/wasm/test_modules.h"
 #include "proto/snapshot_file.h"
 #include "proto/wire.h"
 
@@ -117,6 +120,39 @@ TEST(Snapshot, AWorldOfClonesGoesOn) {
 }
 
 // Spawns and removals, whose shapes come and go, ids beyond 32 bits among them.
+TEST(Snapshot, AWorldWithAModuleGoesOn) {
+  WorldDescription world = busy_world();
+  std::string bytes =
+      wasm::test_module(R"((module
+      (import "tessera" "values" (func $values (param i32)))
+      (import "tessera" "set_values" (func $set_values (param i32)))
+      (import "tessera" "random" (func $random (param i32) (result f64)))
+      (import "tessera" "push_awake" (func $push (param f64 f64 f64 f64 f64 f64)))
+      (memory 1)
+      (func (export "run")
+        (call $values (i32.const 0))
+        (f64.store (i32.const 0) (f64.add (f64.load (i32.const 0)) (call $random (i32.const 0))))
+        (call $push (f64.load (i32.const 0)) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0))
+        (call $set_values (i32.const 0)))))",
+                        "program | adder | Adds.\nvalue | sum | | 0.5 | Of numbers by chance.\n");
+  absl::StatusOr<std::shared_ptr<const ProgramModule>> module = load_module(std::move(bytes));
+  ASSERT_TRUE(module.ok()) << module.status();
+  world.bodies[3].programs.push_back(*new_program((*module)->kind));
+  world.settings.modules = {*module};
+  expect_to_go_on(world, 45, 60);
+
+  // A process that has never had the module gets it with the snapshot.
+  const std::vector<v1::SnapshotChunk> chunks = chunks_of(started(world, 1)->snapshot(), catalogue_of(world));
+  const std::string kind = (*module)->kind;
+  *module = nullptr;
+  world = {};
+  EXPECT_EQ(find_program(kind), nullptr);
+  const absl::StatusOr<ReadSnapshot> read = from_chunks(chunks);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->world.settings.modules.at(0)->kind, kind);
+  EXPECT_NE(find_program(kind), nullptr);
+}
+
 TEST(Snapshot, ShapesAreKnownByTheirIds) {
   const WorldDescription world = tower_world(in_sectors(4), 3, {0, 0, -1});
   const auto cluster = started(world, 2);

@@ -12,6 +12,7 @@
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
+#include "lpss/programs/module.h"
 #include "lpss/snapshot/record_checks.h"
 #include "lpss/snapshot/world_snapshot.h"
 #include "proto/convert.h"
@@ -79,6 +80,7 @@ absl::StatusOr<std::unique_ptr<Partition>> loaded_partition(v1::LoadWorld& load,
   options.anchor = anchor;
   options.map = *std::move(map);
   options.self = self;
+  if (absl::Status status = can_run(settings.modules); !status.ok()) return status;
   auto partition = std::make_unique<Partition>(std::move(options), engine);
   if (absl::Status status = add_shapes(*partition, *load.mutable_shapes()); !status.ok()) return status;
   absl::Status filled = load.has_restored()

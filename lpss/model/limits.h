@@ -75,6 +75,7 @@ inline constexpr std::size_t kProgramActsMax = 64;        // likewise
 inline constexpr std::size_t kProgramFindingsMax = 256;   // of one question
 inline constexpr std::size_t kProgramTextBytesMax = 256;  // its kind, or why it was stopped
 inline constexpr double kProgramCastMax = 1e4;            // m
+inline constexpr std::size_t kModulesMax = 16;            // a world
 
 inline constexpr std::size_t kWorldFileBytesMax = 512u << 20;
 inline constexpr int kXmlDepthMax = 64;

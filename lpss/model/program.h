@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,9 +11,17 @@
 
 namespace tessera {
 
+// A kind of program that somebody wrote, as a WebAssembly module, for a world. lpss/programs/module.h makes
+// them.
+struct ProgramModule {
+  std::string kind;   // of its records: its name and a checksum of its bytes, "flee@0123456789abcdef"
+  std::string bytes;  // as it was compiled
+};
+using ProgramModules = std::vector<std::shared_ptr<const ProgramModule>>;
+
 // One instance of a program, attached to a body that can move. It lives where its body lives.
 struct ProgramRecord {
-  std::string kind;                // which program, such as "character"
+  std::string kind;                // which program: "character", or that of a module of the world
   std::vector<double> parameters;  // what its user chose; in the order of the program's table, as all numbers
   std::vector<double> inputs;      // what it was last told
   std::vector<double> values;      // its state, which is what it publishes, too

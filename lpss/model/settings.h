@@ -15,6 +15,7 @@
 #include "lpss/grid/world_position.h"
 #include "lpss/model/limits.h"
 #include "lpss/model/precision.h"
+#include "lpss/model/program.h"
 #include "lpss/model/seam_policy.h"
 
 namespace tessera {
@@ -54,7 +55,9 @@ struct WorldSettings {
   double warm_starting = 0.85;
   double split_from = 0.04;
   bool friction_in_two_directions = true;
-  Gravity gravity;  // not a scalar, and not in the list: files, messages and JSON handle it separately
+  // Neither is a scalar, nor in the list: files and messages handle them separately.
+  Gravity gravity;
+  ProgramModules modules;  // programs that its bodies may have
 };
 
 // One setting: the name that it has in files, flags, JSON and messages, and what it may be.

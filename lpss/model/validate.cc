@@ -338,6 +338,17 @@ absl::Status within_bounds(const WorldSetting& setting, const WorldSettings& set
       setting.member);
 }
 
+absl::Status modules_check(const ProgramModules& modules) {
+  if (modules.size() > kModulesMax)
+    return refused("modules: their number ", modules.size(), " must be at most ", kModulesMax);
+  for (auto one = modules.begin(); one != modules.end(); ++one) {
+    const bool is_again =
+        std::any_of(modules.begin(), one, [&](const auto& m) { return m->kind == (*one)->kind; });
+    if (is_again) return refused("modules: ", (*one)->kind, " is given twice");
+  }
+  return absl::OkStatus();
+}
+
 absl::Status precision_check(const WorldSettings& settings) {
   const double limit = precision_limit(settings.precision);
   if (settings.sector_size <= limit) return absl::OkStatus();
@@ -420,6 +431,7 @@ absl::Status validate(const WorldSettings& settings) {
     if (absl::Status status = within_bounds(setting, settings); !status.ok()) return in(what, status);
   }
   if (absl::Status status = precision_check(settings); !status.ok()) return in(what, status);
+  if (absl::Status status = modules_check(settings.modules); !status.ok()) return in(what, status);
   return in(what, gravity_check(settings.gravity, settings.sector_size));
 }
 

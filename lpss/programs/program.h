@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -73,7 +74,8 @@ struct Senses {
 // kProgramAsksMax, the instance is stopped.
 class Asker {
  public:
-  Asker(const Senses& senses, std::vector<ProgramAsk>& asks) : senses_(senses), asks_(asks) {}
+  Asker(const Senses& senses, std::vector<ProgramAsk>& asks, std::string& fault)
+      : senses_(senses), asks_(asks), fault_(fault) {}
 
   // What a ball (a ray where `radius` is 0) meets first on its way of `length` (at most kProgramCastMax)
   // along `direction`, of unit length. It passes through the own body and through triggers.
@@ -83,12 +85,17 @@ class Asker {
   // What is in the triggers of a body.
   void inside(BodyId body);
   void body(BodyId body);
+  // The instance is stopped.
+  void fail(absl::string_view why) { fault_ = std::string(why); }
+
+  std::size_t asked() const { return asks_.size(); }
 
  private:
   ProgramAsk& add(ProgramAsk::Kind kind, BodyId body);
 
   const Senses& senses_;
   std::vector<ProgramAsk>& asks_;
+  std::string& fault_;
 };
 
 // Whether it is of the kind that an Actor gives.
@@ -97,8 +104,8 @@ bool is_act(const Command& command);
 // Takes what an instance does. Beyond kProgramActsMax, the instance is stopped.
 class Actor {
  public:
-  Actor(const Senses& senses, std::vector<Command>& commands, std::uint64_t& wake_at)
-      : senses_(senses), commands_(commands), wake_at_(wake_at) {}
+  Actor(const Senses& senses, std::vector<Command>& commands, std::uint64_t& wake_at, std::string& fault)
+      : senses_(senses), commands_(commands), wake_at_(wake_at), fault_(fault) {}
 
   // On the own body, for the next tick: N at the centre of mass, and N m. It lets a body at rest fall asleep,
   // and does nothing to one that sleeps.
@@ -114,11 +121,16 @@ class Actor {
   void tell(TellProgram told);
   // It runs again in so many ticks (at least 1), even if its body sleeps.
   void wake_in(std::uint64_t ticks) { wake_at_ = senses_.tick + ticks; }
+  // The instance is stopped, and does nothing.
+  void fail(absl::string_view why) { fault_ = std::string(why); }
+
+  std::size_t acts() const { return commands_.size(); }
 
  private:
   const Senses& senses_;
   std::vector<Command>& commands_;
   std::uint64_t& wake_at_;
+  std::string& fault_;
 };
 
 // A kind of program. One object serves all instances, on all threads.

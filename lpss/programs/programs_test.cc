@@ -36,9 +36,9 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
 TEST(Programs, NumbersOutOfBoundsAreRefused) {
   BodyProperties body;
   ProgramRecord record = *new_program("character");
-  EXPECT_TRUE(check_programs(body, {&record, 1}).ok());
+  EXPECT_TRUE(check_programs(body, {&record, 1}, {}).ok());
   record.parameters[0] = -1;
-  EXPECT_EQ(check_programs(body, {&record, 1}).message(),
+  EXPECT_EQ(check_programs(body, {&record, 1}, {}).message(),
             "program character: height = -1 m must be at least 0.01 m");
 }
 

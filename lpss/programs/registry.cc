@@ -1,5 +1,6 @@
 #include "lpss/programs/registry.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
@@ -11,6 +12,7 @@
 #include "lpss/model/checks.h"
 #include "lpss/model/limits.h"
 #include "lpss/programs/builtin.h"
+#include "lpss/programs/module.h"
 
 namespace tessera {
 namespace {
@@ -47,15 +49,29 @@ absl::Status check_values(const ProgramRecord& record, std::span<const NumberSpe
   return absl::OkStatus();
 }
 
+const Program* find_builtin(absl::string_view kind) {
+  const auto found =
+      std::ranges::lower_bound(programs(), kind, {}, [](const Program* p) { return p->kind(); });
+  return found == programs().end() || (*found)->kind() != kind ? nullptr : *found;
+}
+
 void complete(std::vector<double>& numbers, std::span<const NumberSpec> table) {
   for (std::size_t n = numbers.size(); n < table.size(); ++n) numbers.push_back(table[n].first);
 }
 
-absl::Status check_program(const ProgramRecord& record) {
+// Of what the process knows, a world has its own modules alone.
+bool has_program(const ProgramModules& modules, absl::string_view kind) {
+  return find_builtin(kind) != nullptr ||
+         std::ranges::any_of(modules, [&](const auto& module) { return module->kind == kind; });
+}
+
+absl::Status check_program(const ProgramRecord& record, const ProgramModules& modules) {
   if (record.kind.size() > kProgramTextBytesMax || record.fault.size() > kProgramTextBytesMax)
     return refused("the texts of a program must have at most ", kProgramTextBytesMax, " bytes");
   const Program* const program = find_program(record.kind);
   if (program == nullptr) return new_program(record.kind).status();
+  if (!has_program(modules, record.kind))
+    return refused(title_of(record, ""), "the world does not have its module");
   if (absl::Status status = within_table(record, record.parameters, program->parameters()); !status.ok())
     return status;
   if (absl::Status status = within_table(record, record.inputs, program->inputs()); !status.ok())
@@ -72,9 +88,8 @@ std::span<const Program* const> programs() {
 }
 
 const Program* find_program(absl::string_view kind) {
-  const auto found =
-      std::ranges::lower_bound(programs(), kind, {}, [](const Program* p) { return p->kind(); });
-  return found == programs().end() || (*found)->kind() != kind ? nullptr : *found;
+  const Program* const builtin = find_builtin(kind);
+  return builtin != nullptr ? builtin : find_module(kind).get();
 }
 
 std::optional<std::uint32_t> place_of(absl::string_view name, std::span<const NumberSpec> table) {
@@ -94,13 +109,16 @@ std::string no_number(const Program& program, absl::string_view name) {
 
 absl::StatusOr<ProgramRecord> new_program(absl::string_view kind) {
   const Program* const program = find_program(kind);
+  if (program == nullptr && absl::StrContains(kind, '@'))
+    return absl::NotFoundError(absl::StrCat("there is no program \"", kind.substr(0, kProgramTextBytesMax),
+                                            "\": no world here has its module"));
   if (program == nullptr) {
     const auto append_kind = [](std::string* text, const Program* p) { absl::StrAppend(text, p->kind()); };
     return absl::NotFoundError(absl::StrCat("there is no program \"", kind.substr(0, kProgramTextBytesMax),
                                             "\"; there are: ", absl::StrJoin(programs(), ", ", append_kind)));
   }
   ProgramRecord record;
-  record.kind = std::string(kind);
+  record.kind = std::string(program->kind());
   record.wake_at = kAtOnce;
   complete(record);
   return record;
@@ -135,14 +153,15 @@ absl::Status check_number(const NumberSpec& spec, double value) {
   return refused(name, " = ", value, " must be a whole number, the id of a body");
 }
 
-absl::Status check_programs(const BodyProperties& properties, std::span<const ProgramRecord> records) {
+absl::Status check_programs(const BodyProperties& properties, std::span<const ProgramRecord> records,
+                            const ProgramModules& modules) {
   if (records.empty()) return absl::OkStatus();
   if (records.size() > kProgramsPerBodyMax)
     return refused("the body's ", records.size(), " programs must be at most ", kProgramsPerBodyMax);
   if (properties.motion == Motion::kStatic)
     return refused("a body with a program must be dynamic or kinematic, not static");
   for (const ProgramRecord& record : records) {
-    if (absl::Status status = check_program(record); !status.ok()) return status;
+    if (absl::Status status = check_program(record, modules); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -158,7 +177,8 @@ absl::Status check_programs(const WorldDescription& world) {
   const auto bodies = static_cast<double>(world.bodies.size());
   for (const BodyDescription& body : world.bodies) {
     const std::string title = absl::StrCat("body \"", body.name, "\"");
-    if (absl::Status status = check_programs(body.properties, body.programs); !status.ok())
+    if (absl::Status status = check_programs(body.properties, body.programs, world.settings.modules);
+        !status.ok())
       return in(title, status);
     for (const ProgramRecord& record : body.programs) {
       const Program& program = *find_program(record.kind);

@@ -1,4 +1,4 @@
-// The programs that are built in, and checks of instances.
+// Programs by their kinds, and checks of instances.
 #pragma once
 
 #include <absl/status/status.h>
@@ -16,10 +16,11 @@
 
 namespace tessera {
 
-// All of them, ascending by kind; they live as long as the process.
+// Those that are built in, ascending by kind; they live as long as the process.
 std::span<const Program* const> programs();
 
-// Null if there is none of this kind.
+// One that is built in, or that of a module of a world of this process, which lives as long as that: also by
+// the name of a module that no other has. Null if there is none of this kind.
 const Program* find_program(absl::string_view kind);
 
 // The place of a number in a table; nothing where it has none of this name.
@@ -41,9 +42,10 @@ void complete(ProgramRecord& record);
 // Whether a parameter or input may have this value: INVALID_ARGUMENT, with the bound.
 absl::Status check_number(const NumberSpec& spec, double value);
 
-// Whether a body may have these, also one that they cannot work on any more, which stops them:
-// INVALID_ARGUMENT, naming the program and the number with its bound.
-absl::Status check_programs(const BodyProperties& properties, std::span<const ProgramRecord> records);
+// Whether a body of a world with these modules may have these, also one that they cannot work on any more,
+// which stops them: INVALID_ARGUMENT, naming the program and the number with its bound.
+absl::Status check_programs(const BodyProperties& properties, std::span<const ProgramRecord> records,
+                            const ProgramModules& modules);
 
 // Its parameters that are bodies, which are places in a list plus one, become ids that are higher by `by`.
 void move_bodies(ProgramRecord& record, std::uint64_t by);

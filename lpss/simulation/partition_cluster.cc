@@ -9,6 +9,7 @@
 #include "lpss/engine/load_engine.h"
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
+#include "lpss/programs/module.h"
 #include "lpss/programs/registry.h"
 
 namespace tessera {
@@ -76,6 +77,7 @@ absl::StatusOr<std::unique_ptr<PartitionCluster>> PartitionCluster::restore(cons
 absl::StatusOr<PartitionCluster::Member*> PartitionCluster::add_member(const PartitionOptions& options) {
   absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(options.settings));
   if (!engine.ok()) return engine.status();
+  if (absl::Status status = can_run(options.settings.modules); !status.ok()) return status;
   Member& member = members_.emplace_back();
   member.engine = std::move(*engine);
   member.partition = std::make_unique<Partition>(options, *member.engine);

@@ -5,6 +5,7 @@
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/joints.h"
+#include "lpss/programs/module.h"
 #include "lpss/programs/registry.h"
 #include "lpss/tick/events.h"
 
@@ -23,6 +24,7 @@ absl::StatusOr<std::unique_ptr<Simulation>> Simulation::make(const WorldSettings
                                                              const SectorIndex& anchor) {
   absl::StatusOr<std::unique_ptr<Engine>> engine = load_engine(engine_settings(settings));
   if (!engine.ok()) return engine.status();
+  if (absl::Status status = can_run(settings.modules); !status.ok()) return status;
   std::unique_ptr<Simulation> simulation(new Simulation());
   simulation->engine_ = std::move(*engine);
   PartitionOptions options;

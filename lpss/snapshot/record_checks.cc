@@ -135,7 +135,8 @@ absl::Status RecordChecks::state(const BodyState& state) const {
 
 absl::Status RecordChecks::record(const BodyRecord& record) const {
   if (absl::Status status = properties(record.id, record.properties); !status.ok()) return status;
-  if (absl::Status status = check_programs(record.properties, record.programs); !status.ok())
+  if (absl::Status status = check_programs(record.properties, record.programs, settings_.modules);
+      !status.ok())
     return in(title_of(record.id), status);
   return in(title_of(record.id), state(record.state));
 }

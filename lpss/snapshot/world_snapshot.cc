@@ -89,7 +89,9 @@ class Check {
   absl::Status body(const BodyRecord& record) {
     if (absl::Status status = properties(record.id, record.properties); !status.ok()) return status;
     if (absl::Status status = state(record.state); !status.ok()) return status;
-    if (absl::Status status = check_programs(record.properties, record.programs); !status.ok()) return status;
+    const ProgramModules& modules = world_.settings.modules;
+    if (absl::Status status = check_programs(record.properties, record.programs, modules); !status.ok())
+      return status;
     if (bodies_.emplace(record.id, &record).second) return absl::OkStatus();
     return refused("the id is given twice");
   }

@@ -253,7 +253,7 @@ std::vector<ProgramAsks> ProgramPhase::ask() {
     Running& running = running_[n];
     const ProgramRecord& record = running.body->programs[running.place];
     const Senses senses = senses_of(running);
-    Asker asker(senses, running.asks);
+    Asker asker(senses, running.asks, running.fault);
     find_program(record.kind)->ask(senses, record.values, asker);
   });
   ProgramAsks asks;
@@ -266,6 +266,9 @@ std::vector<ProgramAsks> ProgramPhase::ask() {
     if (running.asks.size() > kProgramAsksMax || !std::ranges::all_of(running.asks, is_fit)) {
       stop(record, absl::StrCat("it asks more than ", kProgramAsksMax, " questions, or improper ones"),
            tick_);
+      running.asks.clear();
+    } else if (!running.fault.empty()) {
+      stop(record, running.fault, tick_);
       running.asks.clear();
     }
     for (std::uint32_t n = 0; n < running.asks.size(); ++n) {
@@ -350,10 +353,12 @@ void ProgramPhase::act(Running& running) {
   put_in_order(running.findings, running.asks);
   record.wake_at = 0;
   const Senses senses = senses_of(running);
-  Actor actor(senses, running.commands, record.wake_at);
+  Actor actor(senses, running.commands, record.wake_at, running.fault);
   find_program(record.kind)->run(senses, record.values, actor);
   if (running.commands.size() > kProgramActsMax) {
     stop(record, absl::StrCat("it acts more than ", kProgramActsMax, " times in a tick"), tick_);
+  } else if (!running.fault.empty()) {
+    stop(record, running.fault, tick_);
   } else if (!is_finite(record.values)) {
     stop(record, "a value is not finite", tick_);
   }

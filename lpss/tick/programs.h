@@ -13,6 +13,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "lpss/observe/queries.h"
@@ -60,6 +61,7 @@ class ProgramPhase {
     std::vector<ProgramAsk> asks;
     std::vector<ProgramFinding> findings;
     std::vector<Command> commands;
+    std::string fault;  // why the program stops itself
   };
   // Where an answer goes that others give.
   struct Asked {

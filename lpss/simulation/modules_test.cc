@@ -1,0 +1,322 @@
+// Programs in WebAssembly in a world: the same on any number of partitions and threads, and after a restore;
+// what is hostile stops itself alone.
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lpss/engine/test_world.h"
+#include "lpss/programs/module.h"
+#include "lpss/simulation/example_programs.h"
+#include "lpss/simulation/test_runs.h"
+#include "lpss/wasm/test_modules.h"
+
+namespace tessera {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr char kImports[] = R"(
+  (import "tessera" "parameters" (func $parameters (param i32)))
+  (import "tessera" "values" (func $values (param i32)))
+  (import "tessera" "set_values" (func $set_values (param i32)))
+  (import "tessera" "senses" (func $senses (param i32)))
+  (import "tessera" "random" (func $random (param i32) (result f64)))
+  (import "tessera" "findings" (func $findings (param i32) (result i32)))
+  (import "tessera" "finding" (func $finding (param i32 i32 i32)))
+  (import "tessera" "cast" (func $cast (param f64 f64 f64 f64 f64 f64 f64 f64 i32)))
+  (import "tessera" "contacts" (func $contacts (param f64)))
+  (import "tessera" "body" (func $body (param f64)))
+  (import "tessera" "push_awake" (func $push (param f64 f64 f64 f64 f64 f64)))
+  (import "tessera" "impulse" (func $impulse (param f64 f64 f64 f64 f64 f64 f64)))
+  (import "tessera" "tell" (func $tell (param f64 i32 i32 f64)))
+  (import "tessera" "wake_in" (func $wake_in (param i32)))
+)";
+
+// Rolls after another body and back to where it started, by turns; and notes what it senses, and whether
+// anything is left of earlier calls.
+constexpr char kSwarmText[] =
+    "program | swarm | Rolls after another.\n"
+    "motion | dynamic\n"
+    "parameter | after | body | 0 | 0 | 9e15 | Whom.\n"
+    "parameter | force | N | 6 | 0 | 100 | With what.\n"
+    "input | sign | | 1 | -1 | 1 | Towards or away.\n"
+    "value | contacts | | 0 | How many there were.\n"
+    "value | far | m | 0 | The sum of all distances.\n"
+    "value | left_over | | 0 | Of earlier calls.\n";
+constexpr char kSwarm[] = R"(
+  (memory 2)
+  (global $calls (mut f64) (f64.const 0))
+  (func (export "ask")
+    (call $parameters (i32.const 0))
+    (call $senses (i32.const 64))
+    (call $body (f64.load (i32.const 0)))
+    (call $contacts (f64.load (i32.const 80)))
+    (call $cast (f64.load (i32.const 112)) (f64.load (i32.const 120)) (f64.load (i32.const 128))
+      (f64.const 1) (f64.const 0) (f64.const 0) (f64.const 6) (f64.const 0.1) (i32.const -1)))
+  (func $towards (param $n i32) (result f64)
+    (f64.mul (f64.load (i32.const 8))
+      (f64.div (f64.sub (f64.load offset=616 (local.get $n)) (f64.load offset=112 (local.get $n)))
+        (f64.add (f64.const 1) (f64.abs (f64.sub (f64.load offset=616 (local.get $n)) (f64.load offset=112 (local.get $n))))))))
+  (func $add (param $at i32) (param $more f64)
+    (f64.store (local.get $at) (f64.add (f64.load (local.get $at)) (local.get $more))))
+  (func (export "run") (local $n i32)
+    (call $parameters (i32.const 0))
+    (call $senses (i32.const 64))
+    (call $values (i32.const 400))
+    (call $add (i32.const 416) (f64.add (f64.load (i32.const 130000)) (global.get $calls)))
+    (f64.store (i32.const 130000) (f64.const 1))
+    (global.set $calls (f64.add (global.get $calls) (f64.const 1)))
+    (call $add (i32.const 400) (f64.convert_i32_s (call $findings (i32.const 1))))
+    (if (call $findings (i32.const 2))
+      (then (call $finding (i32.const 2) (i32.const 0) (i32.const 500))
+        (call $add (i32.const 408) (f64.load (i32.const 516)))))
+    (if (call $findings (i32.const 0))
+      (then (call $finding (i32.const 0) (i32.const 0) (i32.const 512))
+        ;; position is 13 numbers from the beginning
+        (call $push (call $towards (i32.const 0)) (call $towards (i32.const 8))
+          (f64.const 0) (f64.const 0) (f64.const 0) (f64.sub (call $random (i32.const 0)) (f64.const 0.5)))))
+    (call $impulse (f64.load (i32.const 0)) (f64.const 0.001) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0))
+    (call $tell (f64.load (i32.const 0)) (i32.const 0) (i32.const 0) (f64.sub (call $random (i32.const 1)) (f64.const 0.5)))
+    (call $wake_in (i32.const 3))
+    (call $set_values (i32.const 400)))
+)";
+
+std::string bytes_of(const std::string& code, const std::string& text) {
+  return wasm::test_module(absl::StrCat("(module ", kImports, code, ")"), text);
+}
+
+std::shared_ptr<const ProgramModule> module_of(const std::string& code, const std::string& text) {
+  absl::StatusOr<std::shared_ptr<const ProgramModule>> module = load_module(bytes_of(code, text));
+  EXPECT_TRUE(module.ok()) << module.status();
+  return *std::move(module);
+}
+
+WorldSettings settings_of(double sector_size) {
+  WorldSettings settings = sectors_of(sector_size);
+  settings.precision = engine_tests::test_precision;
+  settings.gravity = UniformGravity{{0, 0, -9.81}};
+  return settings;
+}
+
+BodyDescription& add_ball(WorldBuilder& builder, const std::string& name, const Eigen::Vector3d& position) {
+  return builder.add(name, builder.shape(Sphere{0.4}), 1, position, Motion::kDynamic);
+}
+
+// 24 balls on a floor, each after the next.
+WorldDescription swarm_world() {
+  WorldBuilder builder(settings_of(8));
+  const auto module = module_of(kSwarm, kSwarmText);
+  builder.world().settings.modules = {module};
+  builder.add_floor(60, 0);
+  const std::size_t before = builder.world().bodies.size();
+  constexpr std::size_t kBalls = 24;
+  for (std::size_t n = 0; n < kBalls; ++n) {
+    const double angle = 2 * M_PI * static_cast<double>(n * 5 % kBalls) / kBalls;
+    BodyDescription& ball = add_ball(
+        builder, "ball" + std::to_string(n),
+        {0.3 + (6 + 0.3 * static_cast<double>(n)) * std::cos(angle), 0.2 + 9 * std::sin(angle), 0.5});
+    ball.programs.push_back(
+        example_program(module->kind, {{"after", static_cast<double>(before + (n + 1) % kBalls + 1)}}));
+  }
+  return builder.world();
+}
+
+using Hashes = std::vector<std::pair<WorldHash, WorldHash>>;
+
+Hashes hashes_of(PartitionCluster& cluster, int ticks) {
+  Hashes hashes;
+  for (int tick = 0; tick < ticks; ++tick) {
+    cluster.step();
+    for (Rank rank = 0; rank < cluster.size(); ++rank) check_invariants(cluster.partition(rank));
+    hashes.emplace_back(cluster.hash(), cluster.program_hash());
+  }
+  return hashes;
+}
+
+ProgramRecord program_of(const PartitionCluster& cluster, std::size_t body) {
+  return cluster.body(BodyId{body + 1})->programs.at(0);
+}
+
+TEST(Modules, AreTheSameOnAnyNumberOfPartitionsAndThreads) {
+  const WorldDescription world = swarm_world();
+  constexpr int kTicks = 300;
+  auto cluster = cluster_of(world, 1);
+  const Hashes alone = hashes_of(*cluster, kTicks);
+  EXPECT_NE(alone.front().second, alone.back().second);
+  const std::size_t first = world.bodies.size() - 24;
+  for (std::size_t n = first; n < world.bodies.size(); ++n) {
+    const ProgramRecord record = program_of(*cluster, n);
+    EXPECT_EQ(record.fault, "");
+    EXPECT_GT(record.values.at(0), 0) << "it touches the floor";
+    EXPECT_EQ(record.values.at(2), 0) << "nothing is left of earlier calls";
+  }
+  for (const auto& [partitions, threads] : {std::pair{2u, 1}, std::pair{4u, 3}}) {
+    const Hashes together = hashes_of(*cluster_of(world, partitions, threads), kTicks);
+    const auto [a, b] = std::ranges::mismatch(alone, together);
+    EXPECT_TRUE(a == alone.end()) << partitions << " partitions differ at tick " << a - alone.begin() + 1;
+  }
+  WorldDescription shuffled = world;
+  shuffled.settings.shuffle = 1;
+  EXPECT_EQ(hashes_of(*cluster_of(shuffled, 3), kTicks), alone);
+}
+
+TEST(Modules, GoOnFromASnapshot) {
+  const WorldDescription world = swarm_world();
+  auto cluster = cluster_of(world, 3);
+  hashes_of(*cluster, 150);
+  const WorldSnapshot snapshot = cluster->snapshot();
+  EXPECT_TRUE(validate(snapshot).ok()) << validate(snapshot);
+  EXPECT_EQ(snapshot.settings.modules, world.settings.modules);
+  const Hashes expected = hashes_of(*cluster, 100);
+  auto restored = PartitionCluster::restore(snapshot, 2);
+  ASSERT_TRUE(restored.ok()) << restored.status();
+  EXPECT_EQ(hashes_of(**restored, 100), expected);
+}
+
+// What a module does, and how its instance is stopped; empty: it goes on.
+struct Hostile {
+  std::string name;
+  std::string code;
+  std::string fault;
+};
+
+const std::vector<Hostile>& hostile() {
+  static const std::vector<Hostile> kAll = {
+      {"loops", R"((func (export "run") (loop $l (br $l))))",
+       "it takes more than 1000000 instructions in a call"},
+      {"loops_asking", R"((func (export "run")) (func (export "ask") (loop $l (br $l))))",
+       "it takes more than 1000000 instructions in a call"},
+      {"recurses", R"((func $f (export "run") (call $f)))",
+       "its calls take more than 16384 numbers of the stack"},
+      {"recurses_wide",
+       R"((func $f (param f64) (result f64) (local f64 f64 f64 f64) (f64.add (local.get 4) (call $f (local.get 0)))) (func (export "run") (drop (call $f (f64.const 1)))))",
+       "its calls take more than 16384 numbers of the stack"},
+      {"traps", R"((func (export "run") unreachable))", "it traps: unreachable executed"},
+      {"reads_outside", R"((func (export "run") (drop (f64.load (i32.const 70000)))))",
+       "it traps: index out of bounds"},
+      {"grows",
+       R"((func (export "run") (loop $l (br_if $l (i32.ne (memory.grow (i32.const 1)) (i32.const -1)))) (f64.store (i32.const 2097000) (f64.const 1))))",
+       ""},
+      {"floods_acts",
+       R"((func (export "run") (loop $l (call $push (f64.const 1) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0)) (br $l))))",
+       "it acts more than 64 times in a tick"},
+      {"floods_asks",
+       R"((func (export "run")) (func (export "ask") (loop $l (call $body (f64.const 1)) (br $l))))",
+       "it asks more than 1024 questions, or improper ones"},
+      {"asks_improperly",
+       R"((func (export "run")) (func (export "ask") (call $cast (f64.const nan) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 9) (f64.const 1e9) (f64.const 0) (i32.const 0))))",
+       "it asks more than 1024 questions, or improper ones"},
+      {"pushes_hard",
+       R"((func (export "run") (call $push (f64.const 1e15) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0))))",
+       "push: force = 1e+15 N must be at most 1e+12 N"},
+      {"pushes_nan",
+       R"((func (export "run") (call $push (f64.const nan) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0))))",
+       "push: force x = nan must be finite"},
+      {"writes_outside", R"((func (export "run") (call $senses (i32.const -8))))",
+       "it hands out a place outside its memory"},
+      {"finds_nothing", R"((func (export "run") (call $finding (i32.const 0) (i32.const 3) (i32.const 0))))",
+       "it looks at finding 3 of 0"},
+      {"asks_in_run", R"((func (export "run") (call $body (f64.const 1))))",
+       "questions can be asked in ask() alone"},
+      {"acts_in_ask", R"((func (export "run")) (func (export "ask") (call $wake_in (i32.const 1))))",
+       "acts belong into run()"},
+      {"tells_nobody",
+       R"((func (export "run") (call $tell (f64.const 0.5) (i32.const 0) (i32.const 0) (f64.const 0))))",
+       "tell: body = 0.5 must be the id of a body"},
+      {"keeps_nan",
+       R"((func (export "run") (f64.store (i32.const 0) (f64.const nan)) (call $set_values (i32.const 0))))",
+       "a value is not finite"},
+  };
+  return kAll;
+}
+
+// In several worlds, since one has at most 16 modules.
+TEST(Modules, ThatAreHostileStopThemselvesAlone) {
+  for (std::size_t begin = 0; begin < hostile().size(); begin += 9) {
+    WorldBuilder builder(settings_of(8));
+    builder.add_floor(60, 0);
+    const auto swarm = module_of(kSwarm, kSwarmText);
+    builder.world().settings.modules = {swarm};
+    const std::size_t good = builder.world().bodies.size();
+    add_ball(builder, "good", {0.3, 0.2, 0.5})
+        .programs.push_back(example_program(swarm->kind, {{"after", static_cast<double>(good + 2)}}));
+    const std::size_t end = std::min(begin + 9, hostile().size());
+    for (std::size_t n = begin; n < end; ++n) {
+      const auto module = module_of(
+          "(memory 1) " + hostile()[n].code,
+          absl::StrCat("program | ", hostile()[n].name, " | Harms.\nvalue | x | | 0 | A number.\n"));
+      builder.world().settings.modules.push_back(module);
+      add_ball(builder, hostile()[n].name, {3.0 * static_cast<double>(n - begin) - 10, 4, 0.5})
+          .programs.push_back(example_program(module->kind));
+    }
+    const WorldDescription& world = builder.world();
+    auto cluster = cluster_of(world, 1);
+    const Hashes alone = hashes_of(*cluster, 60);
+    EXPECT_EQ(program_of(*cluster, good).fault, "");
+    EXPECT_GT(program_of(*cluster, good).values.at(0), 20);
+    for (std::size_t n = begin; n < end; ++n) {
+      const std::string& fault = hostile()[n].fault;
+      EXPECT_EQ(program_of(*cluster, good + 1 + n - begin).fault, fault.empty() ? "" : "tick 1: " + fault)
+          << hostile()[n].name;
+    }
+    EXPECT_TRUE(validate(cluster->snapshot()).ok());
+    EXPECT_EQ(hashes_of(*cluster_of(world, 3), 60), alone);
+  }
+}
+
+TEST(Modules, AreKnownWhileAWorldHasThem) {
+  std::string kind;
+  {
+    const auto module = module_of(kSwarm, kSwarmText);
+    kind = module->kind;
+    EXPECT_THAT(kind, StartsWith("swarm@"));
+    EXPECT_EQ(module_of(kSwarm, kSwarmText), module) << "it is read once";
+    ASSERT_NE(find_program(kind), nullptr);
+    EXPECT_EQ(find_program("swarm"), find_program(kind));
+    EXPECT_EQ(find_program(kind)->parameters().size(), 2u);
+    EXPECT_EQ(new_program("swarm")->kind, kind);
+    const auto other = module_of(std::string(kSwarm) + "(func)", kSwarmText);
+    EXPECT_NE(other->kind, kind);
+    EXPECT_EQ(find_program("swarm"), nullptr) << "two have this name";
+  }
+  EXPECT_EQ(find_program(kind), nullptr);
+  EXPECT_THAT(new_program(kind).status().message(), HasSubstr("no world here has its module"));
+}
+
+TEST(Modules, AreRefusedWhereTheWorldDoesNotHaveThem) {
+  WorldDescription world = swarm_world();
+  const ProgramModules modules = std::exchange(world.settings.modules, {});
+  EXPECT_THAT(PartitionCluster::create(world, 1).status().message(),
+              HasSubstr("the world does not have its module"));
+  world.settings.modules = {modules[0], modules[0]};
+  EXPECT_THAT(PartitionCluster::create(world, 1).status().message(), HasSubstr("is given twice"));
+}
+
+TEST(Modules, AreRefusedWhereTheirDescriptionIsWrong) {
+  const auto said = [](const std::string& text) {
+    return std::string(load_module(bytes_of("(memory 1) (func (export \"run\"))", text)).status().message());
+  };
+  EXPECT_EQ(said("program | a | b\n"), "");
+  EXPECT_EQ(said("value | a | | 0 | b\n"), "description: a line must begin with 'program |'");
+  EXPECT_THAT(said("program | A | b\n"), HasSubstr("description, line 1: the name 'A' must be"));
+  EXPECT_THAT(said("program | a | b\nparameter | x | m | 5 | 0 | 1 | c\n"),
+              HasSubstr("line 2: x = 5 must be at most 1"));
+  EXPECT_THAT(said("program | a | b\nparameter | x | m | 5 | 0 | c\n"),
+              HasSubstr("line 2: it has 6 fields, and must be"));
+  EXPECT_THAT(said("program | a | b\ninput | x | m | 0 | 0 | 1 | c\nparameter | x | | 0 | 0 | 1 | c\n"),
+              HasSubstr("line 3: the name 'x' is given twice"));
+  EXPECT_THAT(said("program | a | b\nmotion | static\n"), HasSubstr("'static' must be dynamic or kinematic"));
+  EXPECT_THAT(said("clock\n"),
+              HasSubstr("line 1: 'clock' must be program, motion, parameter, input or value"));
+}
+
+}  // namespace
+}  // namespace tessera
