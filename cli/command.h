@@ -22,6 +22,7 @@ void add_apply_command(CLI::App& app, Action& action);
 void add_body_commands(CLI::App& app, Action& action);
 void add_convert_command(CLI::App& app, Action& action);
 void add_joint_commands(CLI::App& app, Action& action);
+void add_program_check(CLI::App& app, Action& action);
 void add_program_commands(CLI::App& app, Action& action);
 void add_keys_commands(CLI::App& app, Action& action);
 void add_query_commands(CLI::App& app, Action& action);

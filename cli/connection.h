@@ -55,8 +55,9 @@ inline void on_cluster(
 // A body as people name it: a number is an id, all else a name.
 BodyName parse_body(const std::string& text);
 
-// KIND, or KIND:NAME=NUMBER,...: INVALID_ARGUMENT or NOT_FOUND, with what there is.
-absl::StatusOr<ProgramRecord> parse_program(const std::string& text);
+// KIND, or KIND:NAME=NUMBER,...: INVALID_ARGUMENT or NOT_FOUND, with what there is. A kind may be the file of
+// a module, FILE.wasm, which is added to `modules`: they must live as long as the record is used.
+absl::StatusOr<ProgramRecord> parse_program(const std::string& text, ProgramModules& modules);
 
 // "takes effect at tick 12"
 absl::Status print_effect(const absl::StatusOr<Tick>& tick, nlohmann::json& data);

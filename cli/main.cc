@@ -24,6 +24,7 @@ int run(int argc, char** argv) {
   add_body_commands(app, action);
   add_joint_commands(app, action);
   add_program_commands(app, action);
+  add_program_check(app, action);
   add_snapshot_commands(app, action);
   add_status_commands(app, action);
   add_store_commands(app, action);

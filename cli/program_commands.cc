@@ -1,4 +1,5 @@
 // Programs of a running world: programs, tell.
+#include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "cli/connection.h"
+#include "lpss/programs/module.h"
 #include "lpss/programs/registry.h"
 
 namespace tessera::cli {
@@ -98,8 +100,14 @@ void add_tell(CLI::App& app, Action& action) {
 
 }  // namespace
 
-absl::StatusOr<ProgramRecord> parse_program(const std::string& text) {
-  const std::pair<std::string, std::string> parts = absl::StrSplit(text, absl::MaxSplits(':', 1));
+absl::StatusOr<ProgramRecord> parse_program(const std::string& text, ProgramModules& modules) {
+  std::pair<std::string, std::string> parts = absl::StrSplit(text, absl::MaxSplits(':', 1));
+  if (absl::EndsWith(parts.first, ".wasm")) {
+    absl::StatusOr<std::shared_ptr<const ProgramModule>> module = load_module_file(parts.first);
+    if (!module.ok()) return module.status();
+    parts.first = (*module)->kind;
+    modules.push_back(*std::move(module));
+  }
   absl::StatusOr<ProgramRecord> record = new_program(parts.first);
   if (!record.ok()) return record;
   for (const std::string& word :

@@ -318,7 +318,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, Includ
     rename_collisions(element, notices);
     keep_auto_inertia(element);
     if (absl::Status status = keep_surface_motion(element); !status.ok()) return status;
-    if (absl::Status status = keep_programs(element); !status.ok()) return status;
+    if (absl::Status status = keep_programs(element, directory, modules_); !status.ok()) return status;
   }
   if (absl::Status status = keep_trigger(element); !status.ok()) return status;
   if (xml::is(element, "geometry")) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "lpss/model/program.h"
 #include "worlds/loader/collision_shape.h"
 #include "worlds/loader/notices.h"
 #include "worlds/loader/xml.h"
@@ -53,6 +54,9 @@ class ModelSources {
   absl::StatusOr<const ModelSource*> included(const xml::Element& include,
                                               const std::filesystem::path& directory, Notices& notices);
 
+  // Of all programs so far.
+  const ProgramModules& modules() const { return modules_; }
+
  private:
   struct IncludedFile {
     bool reading = true;
@@ -89,6 +93,7 @@ class ModelSources {
   absl::Status take_mesh(xml::Element& mesh, const std::filesystem::path& directory, Notices& notices);
 
   MeshLibrary& meshes_;
+  ProgramModules modules_;
   absl::flat_hash_map<std::string, std::unique_ptr<IncludedFile>> files_;  // by canonical path
   std::vector<std::unique_ptr<xml::File>> converted_;                      // documents that sources live in
   int depth_ = 0;

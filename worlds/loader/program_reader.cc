@@ -10,12 +10,16 @@
 #include <absl/strings/str_split.h>
 #include <absl/strings/string_view.h>
 
+#include <algorithm>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
 
 #include "lpss/model/limits.h"
+#include "lpss/programs/module.h"
 #include "lpss/programs/registry.h"
+#include "worlds/loader/file_search.h"
 #include "worlds/loader/sdf_parser.h"
 
 namespace tessera {
@@ -24,6 +28,8 @@ namespace {
 // Between what is kept of a program, and between programs.
 constexpr absl::string_view kSeparator = ";";
 constexpr absl::string_view kNext = ";;";
+constexpr char kKind[] = "kind";
+constexpr char kModule[] = "module";
 
 bool is_body(const NumberSpec& spec) { return spec.unit == kBodyUnit; }
 
@@ -54,15 +60,36 @@ absl::StatusOr<std::string> kept_number(const xml::Element& element, const Progr
   return absl::StrFormat("%s=%.17g", name, *value);
 }
 
-absl::StatusOr<std::string> kept_program(const xml::Element& element) {
-  const absl::StatusOr<std::string> kind = xml::required_attribute(element, "kind");
+// The kind of the program in a module, which is added where it is new.
+absl::StatusOr<std::string> module_kind(const xml::Element& element, const std::filesystem::path& directory,
+                                        ProgramModules& modules) {
+  const std::string name = element.Attribute(kModule);
+  if (element.Attribute(kKind) != nullptr)
+    return xml::invalid(element, "a program has a 'kind' or a 'module', not both");
+  const absl::StatusOr<std::filesystem::path> file = find_uri(name, directory);
+  if (!file.ok()) return xml::error_at(element, file.status().code(), file.status().message());
+  absl::StatusOr<std::shared_ptr<const ProgramModule>> module = load_module_file(*file);
+  if (!module.ok()) return xml::error_at(element, module.status().code(), module.status().message());
+  std::string kind = (*module)->kind;
+  if (std::ranges::find(modules, *module) == modules.end()) modules.push_back(*std::move(module));
+  if (modules.size() > kModulesMax)
+    return xml::invalid(element, "a world must have at most ", kModulesMax, " modules");
+  return kind;
+}
+
+absl::StatusOr<std::string> kept_program(const xml::Element& element, const std::filesystem::path& directory,
+                                         ProgramModules& modules) {
+  const absl::StatusOr<std::string> kind = element.Attribute(kModule) != nullptr
+                                               ? module_kind(element, directory, modules)
+                                               : xml::required_attribute(element, kKind);
   if (!kind.ok()) return kind.status();
   const Program* const program = find_program(*kind);
   if (program == nullptr) return xml::invalid(element, new_program(*kind).status().message());
-  std::string kept = *kind;
+  std::string kept(program->kind());
   for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
        attribute = attribute->Next()) {
-    if (absl::string_view(attribute->Name()) == "kind") continue;
+    const absl::string_view name = attribute->Name();
+    if (name == kKind || name == kModule) continue;
     const absl::StatusOr<std::string> number = kept_number(element, *program, attribute->Name());
     if (!number.ok()) return number.status();
     absl::StrAppend(&kept, kSeparator, *number);
@@ -84,12 +111,13 @@ void take_number(const Program& program, absl::string_view name, const std::stri
 
 }  // namespace
 
-absl::Status keep_programs(xml::Element& link) {
+absl::Status keep_programs(xml::Element& link, const std::filesystem::path& directory,
+                           ProgramModules& modules) {
   xml::Element* const first = link.FirstChildElement(kProgram.data());
   if (first == nullptr) return absl::OkStatus();
   std::vector<std::string> kept;
   while (xml::Element* const next = link.FirstChildElement(kProgram.data())) {
-    absl::StatusOr<std::string> program = kept_program(*next);
+    absl::StatusOr<std::string> program = kept_program(*next, directory, modules);
     if (!program.ok()) return program.status();
     kept.push_back(*std::move(program));
     if (kept.size() > kProgramsPerBodyMax)

@@ -1,6 +1,9 @@
 // The programs of a link (docs/programs.md):
 //
 //   <tessera:program kind="character" step="0.3" x="1"/>
+//   <tessera:program module="flee.wasm" speed="2"/>
+//
+// A module is a file beside the world file, or the model's.
 //
 // Attributes are parameters and inputs by their names, in the units of the program's tables; where a number
 // is a body, the body's name in the world.
@@ -10,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <sdf/Link.hh>
 #include <string>
 #include <utility>
@@ -24,8 +28,10 @@ namespace tessera {
 // How libsdformat passes on what a <link> says of its programs.
 inline constexpr absl::string_view kProgram = "tessera:program";
 
-// Checks all of them, and keeps them as one element. Errors name the attribute and its bound.
-absl::Status keep_programs(xml::Element& link);
+// Checks all of them, of a file in `directory`, and keeps them as one element. Modules that are new are added
+// to `modules`. Errors name the attribute and its bound.
+absl::Status keep_programs(xml::Element& link, const std::filesystem::path& directory,
+                           ProgramModules& modules);
 
 struct ProgramTemplate {
   ProgramRecord record;

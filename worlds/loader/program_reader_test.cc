@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 #include "lpss/programs/registry.h"
@@ -62,6 +65,43 @@ TEST(ProgramsOfFiles, SayWhatIsWrong) {
   std::string nine;
   for (int n = 0; n < 9; ++n) nine += "<tessera:program kind='wander'/>";
   EXPECT_THAT(error_of_program(world_with_program(nine)), HasSubstr("at most 8 programs"));
+}
+
+TEST(ProgramsOfFiles, AreInModules) {
+  const std::filesystem::path folder = std::filesystem::path(TESSERA_SOURCE_WORLDS) / "programs";
+  const std::string text = world_with_program(
+      "<tessera:program module='flee.wasm' from='other::l' radius='3'/><tessera:program "
+      "module='flee.wasm'/>");
+  const absl::StatusOr<LoadedWorld> loaded = load_world_string(text, folder);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->world.settings.modules.size(), 1u) << "one file is one module";
+  const std::string kind = loaded->world.settings.modules[0]->kind;
+  EXPECT_THAT(kind, testing::StartsWith("flee@"));
+  const std::vector<ProgramRecord>& programs = loaded->world.bodies.at(0).programs;
+  ASSERT_EQ(programs.size(), 2u);
+  EXPECT_EQ(programs[0].kind, kind);
+  EXPECT_EQ(parameter_of(programs[0], "from"), 2);
+  EXPECT_EQ(parameter_of(programs[0], "radius"), 3);
+  EXPECT_EQ(parameter_of(programs[1], "radius"), 8);
+  EXPECT_TRUE(check_programs(loaded->world).ok()) << check_programs(loaded->world);
+}
+
+TEST(ProgramsOfFiles, SayWhatIsWrongWithModules) {
+  const Folder folder;
+  std::ifstream from(std::filesystem::path(TESSERA_SOURCE_WORLDS) / "programs/flee.wasm", std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(from)), {});
+  bytes.at(bytes.find("parameters")) = 'P';
+  folder.write("bad.wasm", bytes);
+  const auto error = [&](const std::string& attributes) {
+    return std::string(load_world_string(world_with_program("<tessera:program " + attributes + "/>"), folder)
+                           .status()
+                           .message());
+  };
+  EXPECT_THAT(
+      error("module='bad.wasm'"),
+      HasSubstr("bad.wasm: byte 78: import section: import \"Parameters\" of \"tessera\" is unknown"));
+  EXPECT_THAT(error("module='none.wasm'"), HasSubstr("none.wasm"));
+  EXPECT_THAT(error("module='bad.wasm' kind='mover'"), HasSubstr("not both"));
 }
 
 }  // namespace

@@ -169,6 +169,7 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     if (absl::Status status = add_world_joint(placed); !status.ok()) return status;
   }
   if (absl::Status status = programs_.resolve(world_.bodies); !status.ok()) return status;
+  world_.settings.modules = sources_.modules();
   world_.shapes = shapes_.take();
   note_materials();
   return std::move(world_);
