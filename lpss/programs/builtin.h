@@ -8,6 +8,7 @@
 namespace tessera {
 
 const Program& character_program();
+const Program& field_program();
 const Program& floater_program();
 const Program& mover_program();
 const Program& pad_program();
@@ -15,8 +16,8 @@ const Program& vehicle_program();
 const Program& wander_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 6> builtin_programs() {
-  return {&character_program(), &floater_program(), &mover_program(),
+inline std::array<const Program*, 7> builtin_programs() {
+  return {&character_program(), &field_program(),   &floater_program(), &mover_program(),
           &pad_program(),       &vehicle_program(), &wander_program()};
 }
 

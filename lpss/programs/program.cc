@@ -57,6 +57,7 @@ void Asker::cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, 
 void Asker::contacts(BodyId body) { add(ProgramAsk::kContacts, body); }
 void Asker::inside(BodyId body) { add(ProgramAsk::kInside, body); }
 void Asker::body(BodyId body) { add(ProgramAsk::kBody, body); }
+void Asker::visitors() { add(ProgramAsk::kVisitors, senses_.body).origin = senses_.state.position; }
 
 bool is_act(const Command& command) {
   return std::holds_alternative<PushBody>(command) || std::holds_alternative<ApplyForce>(command) ||
@@ -74,6 +75,10 @@ void Actor::push_awake(const Eigen::Vector3d& force, const Eigen::Vector3d& torq
 
 void Actor::impulse(BodyId body, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) {
   commands_.push_back(ApplyImpulse{body, array_of(impulse), array_of(lever)});
+}
+
+void Actor::push_other(BodyId body, const Eigen::Vector3d& force) {
+  commands_.push_back(ApplyForce{body, {array_of(force), {}}});
 }
 
 void Actor::move_to(const Eigen::Vector3d& position) {

@@ -85,6 +85,8 @@ class Asker {
   // What is in the triggers of a body.
   void inside(BodyId body);
   void body(BodyId body);
+  // The dynamic bodies in the triggers of the own body, the nearest first, and how they move.
+  void visitors();
   // The instance is stopped.
   void fail(absl::string_view why) { fault_ = std::string(why); }
 
@@ -114,6 +116,8 @@ class Actor {
   void push_awake(const Eigen::Vector3d& force, const Eigen::Vector3d& torque);
   // N s on another body that can move, at `lever` (m) from its centre of mass.
   void impulse(BodyId body, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever);
+  // N at the centre of mass of another dynamic body, for the next tick. It wakes it.
+  void push_other(BodyId body, const Eigen::Vector3d& force);
   // The own kinematic body arrives with its centre of mass at `position` at the end of the next tick, turned
   // as it is.
   void move_to(const Eigen::Vector3d& position);

@@ -16,6 +16,8 @@ struct ProgramAsk {
     kContacts,  // what touches `body`
     kInside,    // what is in the triggers of `body`
     kBody,      // the state of `body`
+    kVisitors,  // which dynamic bodies are in the triggers of `body`, which asks; distances are from `origin`
+    kVisitor,   // `body`, of which it is known that it is one of these
   };
   std::uint8_t kind = kCast;
   BodyId body;         // asked about; a cast passes through it
@@ -32,13 +34,14 @@ struct ProgramFinding {
   std::uint32_t ask = 0;  // its place among those of the instance; in a message, of the asker's
   BodyId body;
   Motion motion = Motion::kStatic;
-  double distance = 0;               // m, of a cast: that it went
+  double distance = 0;               // m, of a cast: that it went; of a visitor
   std::array<double, 3> normal{};    // of a cast or contact: on `body`, pointing away from it
   std::array<double, 3> point{};     // m, of the hit or contact, from the centre of the asked sector
   std::array<double, 3> velocity{};  // m/s: of the place that was hit; otherwise of the centre of mass
   double impulse = 0;                // N s, of a contact, along the normal, in the last tick
   std::array<double, 3> position{};  // m, of the centre of mass, from the centre of the asked sector
   std::array<double, 9> rotation{};  // of its centre frame, by rows
+  double mass = 0;                   // kg, of a dynamic body that was met or asked for, or that visits
 };
 
 }  // namespace tessera

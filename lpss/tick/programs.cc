@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <tuple>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "lpss/observe/contacts.h"
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
+#include "lpss/partition/packing.h"
 #include "lpss/programs/registry.h"
 
 namespace tessera {
@@ -32,6 +34,24 @@ class Answering {
  public:
   Answering(Partition& partition, Queries& queries) : partition_(partition), queries_(queries) {}
 
+  // Calls visit(BodyId) with what is in the triggers of a body in sectors of this partition.
+  template <typename Visit>
+  void for_each_inside(BodyId trigger, const Visit& visit) {
+    if (partition_.statics.find(trigger) != nullptr) {
+      bring_back_touching(partition_, trigger);
+    } else {
+      bring_back_holding(partition_, trigger);
+    }
+    std::vector<BodyId> visitors;
+    for (const auto& [index, sector] : partition_.sectors) {
+      const auto [first, last] = std::ranges::equal_range(sector->overlaps, trigger, {}, &Overlap::trigger);
+      std::transform(first, last, std::back_inserter(visitors), std::mem_fn(&Overlap::visitor));
+    }
+    // Its motion and place are those of a body that is not packed.
+    for (const BodyId visitor : visitors) bring_back_holding(partition_, visitor);
+    for (const BodyId visitor : visitors) visit(visitor);
+  }
+
   void answer(std::uint32_t number, const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
     const std::size_t before = findings.size();
     switch (ask.kind) {
@@ -43,6 +63,12 @@ class Answering {
         break;
       case ProgramAsk::kInside:
         inside(ask, findings);
+        break;
+      case ProgramAsk::kVisitors:
+        for_each_inside(ask.body, [&](BodyId visitor) { visited(ask, visitor, findings); });
+        break;
+      case ProgramAsk::kVisitor:
+        visited(ask, ask.body, findings);
         break;
       default:
         body(ask, findings);
@@ -73,7 +99,8 @@ class Answering {
     finding.point = as_array(point);
     describe(finding, ask.sector);
     const Eigen::Vector3d lever = point - as_vector(finding.position);
-    finding.velocity = as_array(as_vector(finding.velocity) + spin_.cross(lever) + running_.cross(lever));
+    finding.velocity =
+        as_array(as_vector(finding.velocity) + belt_ + spin_.cross(lever) + running_.cross(lever));
   }
 
   void contacts(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
@@ -90,14 +117,20 @@ class Answering {
   }
 
   void inside(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
-    for (const auto& [index, sector] : partition_.sectors) {
-      const auto [first, last] = std::ranges::equal_range(sector->overlaps, ask.body, {}, &Overlap::trigger);
-      for (auto overlap = first; overlap != last; ++overlap) {
-        ProgramFinding& finding = findings.emplace_back();
-        finding.body = overlap->visitor;
-        finding.motion = motion_of(partition_, overlap->visitor);
-      }
-    }
+    for_each_inside(ask.body, [&](BodyId visitor) {
+      ProgramFinding& finding = findings.emplace_back();
+      finding.body = visitor;
+      finding.motion = motion_of(partition_, visitor);
+    });
+  }
+
+  // Its home tells of it.
+  void visited(const ProgramAsk& ask, BodyId visitor, std::vector<ProgramFinding>& findings) {
+    ProgramFinding finding;
+    finding.body = visitor;
+    if (!describe(finding, ask.sector) || finding.motion != Motion::kDynamic) return;
+    finding.distance = (as_vector(finding.position) - as_vector(ask.origin)).norm();
+    findings.push_back(finding);
   }
 
   void body(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
@@ -108,7 +141,7 @@ class Answering {
 
   // What its home, or everybody of a static body, knows. False where it lives elsewhere.
   bool describe(ProgramFinding& finding, const SectorIndex& seen_from) {
-    spin_ = running_ = Eigen::Vector3d::Zero();
+    spin_ = belt_ = running_ = Eigen::Vector3d::Zero();
     const BodyRecord* record = partition_.statics.find(finding.body);
     std::optional<BodyRecord> own;
     if (record == nullptr) {
@@ -118,6 +151,7 @@ class Answering {
     }
     const BodyState& state = record->state;
     finding.motion = record->properties.motion;
+    if (finding.motion == Motion::kDynamic) finding.mass = record->properties.mass;
     finding.position = as_array(metres_between(seen_from, record->home, partition_.sector_size()) +
                                 as_vector(state.position));
     finding.rotation = state.rotation;
@@ -128,7 +162,7 @@ class Answering {
       const Surface& surface = *record->properties.surface;
       const Eigen::Quaterniond turn =
           quaternion_of(state) * centre_frame(record->properties).orientation.conjugate();
-      finding.velocity = as_array(as_vector(finding.velocity) + turn * as_vector(surface.velocity));
+      belt_ = turn * as_vector(surface.velocity);
       running_ = turn * as_vector(surface.running);
     }
     return true;
@@ -137,7 +171,8 @@ class Answering {
   Partition& partition_;
   Queries& queries_;
   Eigen::Vector3d spin_ = Eigen::Vector3d::Zero();     // of the body described last, rad/s
-  Eigen::Vector3d running_ = Eigen::Vector3d::Zero();  // likewise, of its surface
+  Eigen::Vector3d belt_ = Eigen::Vector3d::Zero();     // likewise, m/s, of its surface
+  Eigen::Vector3d running_ = Eigen::Vector3d::Zero();  // likewise
 };
 
 bool is_finite(std::span<const double> numbers) {
@@ -274,6 +309,18 @@ std::vector<ProgramAsks> ProgramPhase::ask() {
     for (std::uint32_t n = 0; n < running.asks.size(); ++n) {
       own.answer(n, running.asks[n], running.findings);
       if (partition_.map.servers() == 1) continue;
+      // A pair is known at the home of one of the two: who is told of here, but lives elsewhere, is asked for
+      // there.
+      if (running.asks[n].kind == ProgramAsk::kVisitors) {
+        own.for_each_inside(running.asks[n].body, [&](BodyId visitor) {
+          if (motion_of(partition_, visitor) != Motion::kDynamic || partition_.bodies.contains(visitor))
+            return;
+          ProgramAsk& ask = asks.asks.emplace_back(running.asks[n]);
+          ask.kind = ProgramAsk::kVisitor;
+          ask.body = visitor;
+          asked_.push_back({r, n});
+        });
+      }
       if (!concerns_others(running.asks[n])) {
         if (running.asks[n].kind == ProgramAsk::kCast) kept_.push_back({r, n});
         continue;
