@@ -3,6 +3,7 @@
 
 #include "coordinator/test_cluster.h"
 #include "lpss/model/limits.h"
+#include "lpss/programs/registry.h"
 
 namespace tessera {
 namespace {
@@ -112,6 +113,24 @@ TEST(Joints, FollowOthersAsLongAsTheseLast) {
   cluster->apply(removal_of_joint("leader"));
   next_commands(*cluster);
   EXPECT_EQ(leaders(), 0u);
+}
+
+TEST(Joints, FollowNoneThatAProgramMayRemove) {
+  WorldDescription world = small_world();
+  const auto ball = std::ranges::find(world.bodies, "ball", &BodyDescription::name);
+  ball->programs = {*new_program("breaker")};
+  const auto cluster = loaded_cluster({}, world);
+  const std::uint64_t id = added(cluster->apply(hinge("leader", "", "ball")));
+  v1::Command command = hinge("follower", "", "egg");
+  v1::AxisMimic& mimic =
+      *command.mutable_add_joint()->mutable_joint()->mutable_properties()->add_axes()->mutable_mimic();
+  mimic.set_leader(id);
+  mimic.set_axis(1);
+  const auto refused = cluster->apply(command);
+  EXPECT_EQ(refused->code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(refused->message(),
+              HasSubstr("joint 'follower': mimic leader: joint 'leader' may be removed by "
+                        "the program breaker of body 'ball'"));
 }
 
 TEST(Joints, ATeleportOfWhatTheyHoldSaysThatItMovesOneBodyAlone) {

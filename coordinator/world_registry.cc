@@ -301,9 +301,30 @@ absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJoint& request
   if (child->value == 0) return in(absl::InvalidArgumentError("child: an id or a name must be set"));
   properties.parent = *parent;
   properties.child = *child;
+  if (absl::Status status = leaders_last(properties); !status.ok()) return in(status);
   const BodyProperties* parent_body = parent->value == 0 ? nullptr : &find(*parent)->properties;
   ++changes_;
   return joints_.add(*std::move(joint), parent_body, find(*child)->properties, settings_, undo_);
+}
+
+// Only servers know which joints programs have removed.
+absl::Status WorldRegistry::leaders_last(const JointProperties& joint) const {
+  for (const JointAxis& axis : axes_of(joint)) {
+    const JointRegistry::Entry* const leader = joints_.find(axis.mimic.leader);
+    if (leader == nullptr) continue;
+    for (const BodyId id : {leader->record.properties.parent, leader->record.properties.child}) {
+      const Entry* const body = find(id);
+      if (body == nullptr) continue;
+      for (const std::string& kind : body->tags.programs) {
+        const Program* const program = find_program(kind);
+        if (program == nullptr || !program->removes_joints()) continue;
+        return absl::FailedPreconditionError(absl::StrCat("mimic leader: joint '", leader->name,
+                                                          "' may be removed by the program ", kind,
+                                                          " of body '", body->name, "'"));
+      }
+    }
+  }
+  return absl::OkStatus();
 }
 
 AddJoint WorldRegistry::addition_of(const JointRecord& joint) const {

@@ -82,7 +82,8 @@ class WorldRegistry {
 
   // Adds a new joint. Errors as validate() and joint_properties_of(), NOT_FOUND for a body that does not
   // exist, ALREADY_EXISTS for a name in use, RESOURCE_EXHAUSTED beyond kJointsMax or, of
-  // a body, kJointsPerBodyMax; an error changes nothing.
+  // a body, kJointsPerBodyMax, FAILED_PRECONDITION for one that follows a joint which a program may remove;
+  // an error changes nothing.
   absl::StatusOr<JointRecord> add_joint(const v1::AddJoint& request);
 
   // The command that adds a joint to the world, which has just been added here.
@@ -111,6 +112,7 @@ class WorldRegistry {
   absl::Status take_shapes(WorldDescription& model, const v1::Spawn& spawn, Tick at, std::size_t bytes_max,
                            Spawned& spawned);
   bool has_name(const std::string& name) const;
+  absl::Status leaders_last(const JointProperties& joint) const;
   absl::StatusOr<BodyId> body_of_joint(const char* side, const v1::BodyRef& reference,
                                        BodyId otherwise) const;
   absl::Status check_room(std::size_t bodies) const;

@@ -7,6 +7,7 @@
 
 namespace tessera {
 
+const Program& breaker_program();
 const Program& character_program();
 const Program& field_program();
 const Program& floater_program();
@@ -16,9 +17,9 @@ const Program& vehicle_program();
 const Program& wander_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 7> builtin_programs() {
-  return {&character_program(), &field_program(),   &floater_program(), &mover_program(),
-          &pad_program(),       &vehicle_program(), &wander_program()};
+inline std::array<const Program*, 8> builtin_programs() {
+  return {&breaker_program(), &character_program(), &field_program(),   &floater_program(),
+          &mover_program(),   &pad_program(),       &vehicle_program(), &wander_program()};
 }
 
 }  // namespace tessera

@@ -58,11 +58,12 @@ void Asker::contacts(BodyId body) { add(ProgramAsk::kContacts, body); }
 void Asker::inside(BodyId body) { add(ProgramAsk::kInside, body); }
 void Asker::body(BodyId body) { add(ProgramAsk::kBody, body); }
 void Asker::visitors() { add(ProgramAsk::kVisitors, senses_.body).origin = senses_.state.position; }
+void Asker::joints() { add(ProgramAsk::kJoints, senses_.body); }
 
 bool is_act(const Command& command) {
   return std::holds_alternative<PushBody>(command) || std::holds_alternative<ApplyForce>(command) ||
          std::holds_alternative<ApplyImpulse>(command) || std::holds_alternative<KinematicTarget>(command) ||
-         std::holds_alternative<TellProgram>(command);
+         std::holds_alternative<RemoveJoint>(command) || std::holds_alternative<TellProgram>(command);
 }
 
 void Actor::push(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
@@ -87,6 +88,8 @@ void Actor::move_to(const Eigen::Vector3d& position) {
   goal.velocities_before.reset();
   commands_.push_back(KinematicTarget{senses_.body, senses_.sector, goal});
 }
+
+void Actor::remove_joint(JointId joint) { commands_.emplace_back(RemoveJoint{joint}); }
 
 void Actor::tell(TellProgram told) { commands_.emplace_back(std::move(told)); }
 

@@ -87,6 +87,8 @@ class Asker {
   void body(BodyId body);
   // The dynamic bodies in the triggers of the own body, the nearest first, and how they move.
   void visitors();
+  // The joints of the own body, and what they bear.
+  void joints();
   // The instance is stopped.
   void fail(absl::string_view why) { fault_ = std::string(why); }
 
@@ -121,6 +123,8 @@ class Actor {
   // The own kinematic body arrives with its centre of mass at `position` at the end of the next tick, turned
   // as it is.
   void move_to(const Eigen::Vector3d& position);
+  // Takes a joint out of the world.
+  void remove_joint(JointId joint);
   // Sets numbers of a program, of any body.
   void tell(TellProgram told);
   // It runs again in so many ticks (at least 1), even if its body sleeps.
@@ -150,6 +154,8 @@ class Program {
 
   // How its body must move; nothing: dynamic or kinematic.
   virtual std::optional<Motion> motion() const { return std::nullopt; }
+  // Whether it may remove joints of its body.
+  virtual bool removes_joints() const { return false; }
   // Whether it can work on such a body: INVALID_ARGUMENT, and what it must be.
   absl::Status check(const BodyProperties& properties) const;
 

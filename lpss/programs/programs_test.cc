@@ -30,7 +30,7 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
   const auto record = new_program("walker");
   EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(record.status().message(),
-            "there is no program \"walker\"; there are: character, field, floater, mover, pad, "
+            "there is no program \"walker\"; there are: breaker, character, field, floater, mover, pad, "
             "vehicle, wander");
 }
 

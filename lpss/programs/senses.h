@@ -6,6 +6,7 @@
 
 #include "lpss/grid/sector_index.h"
 #include "lpss/model/body.h"
+#include "lpss/model/joint.h"
 
 namespace tessera {
 
@@ -18,6 +19,7 @@ struct ProgramAsk {
     kBody,      // the state of `body`
     kVisitors,  // which dynamic bodies are in the triggers of `body`, which asks; distances are from `origin`
     kVisitor,   // `body`, of which it is known that it is one of these
+    kJoints,    // what the joints of `body` bear
   };
   std::uint8_t kind = kCast;
   BodyId body;         // asked about; a cast passes through it
@@ -42,6 +44,9 @@ struct ProgramFinding {
   std::array<double, 3> position{};  // m, of the centre of mass, from the centre of the asked sector
   std::array<double, 9> rotation{};  // of its centre frame, by rows
   double mass = 0;                   // kg, of a dynamic body that was met or asked for, or that visits
+  JointId joint;                     // which holds `body`, or the world, to the one asked about
+  bool is_child = false;             // the one asked about is the child of the joint
+  JointLoads loads;                  // of the joint, in the last tick in which its bodies were awake
 };
 
 }  // namespace tessera

@@ -25,8 +25,8 @@ Eigen::Vector3d as_vector(const std::array<double, 3>& v) { return Eigen::Vector
 
 // In which order the parts of one answer come, whoever found them.
 bool comes_first(const ProgramFinding& a, const ProgramFinding& b) {
-  return std::tie(a.ask, a.distance, a.body, a.impulse, a.normal, a.point) <
-         std::tie(b.ask, b.distance, b.body, b.impulse, b.normal, b.point);
+  return std::tie(a.ask, a.distance, a.body, a.joint, a.impulse, a.normal, a.point) <
+         std::tie(b.ask, b.distance, b.body, b.joint, b.impulse, b.normal, b.point);
 }
 
 // Answers questions from what a partition hosts.
@@ -69,6 +69,9 @@ class Answering {
         break;
       case ProgramAsk::kVisitor:
         visited(ask, ask.body, findings);
+        break;
+      case ProgramAsk::kJoints:
+        joints(ask, findings);
         break;
       default:
         body(ask, findings);
@@ -131,6 +134,19 @@ class Answering {
     if (!describe(finding, ask.sector) || finding.motion != Motion::kDynamic) return;
     finding.distance = (as_vector(finding.position) - as_vector(ask.origin)).norm();
     findings.push_back(finding);
+  }
+
+  // The home of the child of each tells of it.
+  void joints(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
+    for (const JointId id : partition_.joints.of(ask.body)) {
+      const JointRecord* const joint = partition_.joints.record(id);
+      if (joint == nullptr) continue;
+      ProgramFinding& finding = findings.emplace_back();
+      finding.joint = id;
+      finding.is_child = joint->properties.child == ask.body;
+      finding.body = finding.is_child ? joint->properties.parent : joint->properties.child;
+      finding.loads = joint->loads;
+    }
   }
 
   void body(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
@@ -265,6 +281,10 @@ bool ProgramPhase::concerns_others(const ProgramAsk& ask) const {
   const double size = partition_.sector_size();
   if (ask.kind == ProgramAsk::kBody)
     return !partition_.bodies.contains(ask.body) && partition_.statics.find(ask.body) == nullptr;
+  if (ask.kind == ProgramAsk::kJoints) {
+    return std::ranges::any_of(partition_.joints.of(ask.body),
+                               [this](JointId id) { return partition_.joints.record(id) == nullptr; });
+  }
   if (ask.kind != ProgramAsk::kCast) return true;
   const Eigen::Vector3d from = as_vector(ask.origin);
   const Eigen::Vector3d to = from + as_vector(ask.direction) * ask.length;

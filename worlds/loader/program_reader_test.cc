@@ -56,7 +56,7 @@ TEST(ProgramsOfFiles, NameBodies) {
 
 TEST(ProgramsOfFiles, SayWhatIsWrong) {
   EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='walker'/>")),
-              HasSubstr("there is no program \"walker\"; there are: character"));
+              HasSubstr("there is no program \"walker\"; there are: breaker, character"));
   EXPECT_THAT(error_of_program(world_with_program("<tessera:program step='1'/>")), HasSubstr("kind"));
   EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='mover' spead='1'/>")),
               HasSubstr("program mover has no number 'spead'; it has: x, y, z, speed"));

@@ -1,0 +1,70 @@
+// Breaker: joints of its body that break when they bear too much.
+#include <algorithm>
+#include <array>
+
+#include "lpss/model/limits.h"
+#include "lpss/programs/builtin.h"
+#include "lpss/programs/numbers.h"
+
+namespace tessera {
+namespace breaker {
+namespace {
+
+enum class Parameter { kForce, kTorque, kChildren };
+constexpr auto kParameters = std::to_array<NumberSpec>({
+    {"force", "N", kForceMax, 0, kForceMax, "The greatest force that a joint bears as the mean of a tick."},
+    {"torque", "N m", kTorqueMax, 0, kTorqueMax, "The greatest torque about the origin of its frame."},
+    {"children", "", 0, 0, 1,
+     "0: of the joints that hold the body to its parents; 1: also of those that hold its children to it."},
+});
+
+enum class Value { kForce, kTorque, kBroken };
+constexpr auto kValues = std::to_array<NumberSpec>({
+    {"force", "N", 0, 0, 0, "The greatest force on one of these joints in the last tick."},
+    {"torque", "N m", 0, 0, 0, "The greatest torque."},
+    {"broken", "", 0, 0, 0, "How many have broken."},
+});
+
+class Breaker final : public Program {
+ public:
+  absl::string_view kind() const override { return "breaker"; }
+  absl::string_view summary() const override {
+    return "Breaks joints of its body that bear more than they can.";
+  }
+  std::span<const NumberSpec> parameters() const override { return kParameters; }
+  std::span<const NumberSpec> inputs() const override { return {}; }
+  std::span<const NumberSpec> values() const override { return kValues; }
+
+  bool removes_joints() const override { return true; }
+
+  void ask(const Senses&, std::span<const double>, Asker& asker) const override { asker.joints(); }
+
+  void run(const Senses& senses, std::span<double> values, Actor& actor) const override {
+    // A kinematic body sleeps while it stands, whatever hangs on it.
+    if (senses.properties.motion == Motion::kKinematic) actor.wake_in(1);
+    double& most_force = at(values, Value::kForce) = 0;
+    double& most_torque = at(values, Value::kTorque) = 0;
+    for (const ProgramFinding& joint : senses.of(0)) {
+      if (!joint.is_child && at(senses.parameters, Parameter::kChildren) < 0.5) continue;
+      const double force = Eigen::Vector3d(joint.loads.force.data()).norm();
+      const double torque = Eigen::Vector3d(joint.loads.torque.data()).norm();
+      most_force = std::max(most_force, force);
+      most_torque = std::max(most_torque, torque);
+      if (force <= at(senses.parameters, Parameter::kForce) &&
+          torque <= at(senses.parameters, Parameter::kTorque))
+        continue;
+      actor.remove_joint(joint.joint);
+      at(values, Value::kBroken) += 1;
+    }
+  }
+};
+
+}  // namespace
+}  // namespace breaker
+
+const Program& breaker_program() {
+  static const breaker::Breaker kBreaker;
+  return kBreaker;
+}
+
+}  // namespace tessera
