@@ -28,7 +28,8 @@ enum class Parameter {
   kClimb,
   kTurn,
   kJumpHeight,
-  kProbe
+  kProbe,
+  kCrouch
 };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"height", "m", 1, 0.01, 100, "Of the centre of mass above the ground, standing."},
@@ -41,9 +42,11 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"turn", "rad/s", 10, 0.01, 100, "How fast it turns to its heading, and rights itself."},
     {"jump_height", "m", 0.5, 0, 100, "How high it jumps, where gravity is the same all the way."},
     {"probe", "m", 0.1, 0.001, 10, "The radius of the ball that feels the ground."},
+    {"crouch_depth", "m", 0.3, 0, 100,
+     "How much lower it is when it crouches: no more than its shape ends above the ground."},
 });
 
-enum class Input { kX, kY, kHeading, kJump };
+enum class Input { kX, kY, kHeading, kJump, kCrouch };
 constexpr auto kInputs = std::to_array<NumberSpec>({
     {"x", "m/s", 0, -100, 100,
      "The velocity to walk with, beside what carries it, along the world's x axis,"},
@@ -51,6 +54,7 @@ constexpr auto kInputs = std::to_array<NumberSpec>({
     {"heading", "rad", 0, -1e6, 1e6,
      "Where it faces: the angle from the world's x axis to its own, about z."},
     {"jump", "", 0, 0, 1, "It jumps once when this rises above 1/2."},
+    {"crouch", "", 0, 0, 1, "How far it crouches: 0 is upright."},
 });
 
 enum class Value { kGrounded, kSlope, kGap, kGround, kJump };
@@ -71,6 +75,12 @@ struct Ground {
 
 double parameter(const Senses& senses, Parameter place) { return at(senses.parameters, place); }
 double input(const Senses& senses, Input place) { return at(senses.inputs, place); }
+
+// m, of the centre of mass above the ground.
+double height_of(const Senses& senses) {
+  return parameter(senses, Parameter::kHeight) -
+         input(senses, Input::kCrouch) * parameter(senses, Parameter::kCrouch);
+}
 
 Eigen::Vector3d up_of(const Senses& senses) {
   const double g = senses.gravity.norm();
@@ -124,7 +134,7 @@ class Character final : public Program {
         ground ? Eigen::Vector3d(ground->finding->velocity.data()) : Eigen::Vector3d::Zero();
     const Eigen::Vector3d relative = senses.velocity() - carried;
     if (ground && !holds(senses, values, *ground, relative.dot(up))) ground.reset();
-    note(values, ground, up, parameter(senses, Parameter::kHeight));
+    note(values, ground, up, height_of(senses));
 
     const Eigen::Vector3d wish = wish_of(senses, up);
     const bool jumps = wants_jump(senses, values) && ground;
@@ -139,7 +149,7 @@ class Character final : public Program {
   // What it has left, it reaches again when it falls on it.
   static bool holds(const Senses& senses, std::span<const double> values, const Ground& ground,
                     double rising) {
-    const double gap = ground.height - parameter(senses, Parameter::kHeight);
+    const double gap = ground.height - height_of(senses);
     if (at(values, Value::kGrounded) > 0) return gap <= parameter(senses, Parameter::kStep);
     return rising <= 1e-3 && gap + rising * senses.dt <= 0;
   }
@@ -178,7 +188,7 @@ class Character final : public Program {
       return faster + up * (rise - relative.dot(up));
     }
     const double climb = parameter(senses, Parameter::kClimb);
-    const double gap = ground.height - parameter(senses, Parameter::kHeight);
+    const double gap = ground.height - height_of(senses);
     // A quarter of the gap a tick: it settles without swinging.
     const double rising =
         -ground.normal.dot(next) / slopes + std::clamp(-gap / (4 * senses.dt), -climb, climb);

@@ -194,6 +194,27 @@ TEST(Character, PushesOffFromWhatItStandsOn) {
   EXPECT_NEAR(world.velocity("walker").x() - world.velocity("raft").x(), 2, 1e-2);
 }
 
+TEST(Character, CrouchesUnderABeamAndStaysLowThere) {
+  WorldBuilder builder(settings_of());
+  builder.add_floor(50, 0);
+  // The shape ends at 1.6 m, and at 1.3 m when it crouches.
+  add_box(builder, "beam", {2, 4, 0.2}, {4, 0, 1.55}, Motion::kStatic);
+  add_character(builder, "walker", {0.1, 0.2, kExampleStanding}, {{"x", 1.5}});
+  Watched world(builder);
+  world.run(4);
+  EXPECT_LT(world.position("walker").x(), 3) << "upright, it does not pass";
+  world.tell("walker", "crouch", 1);
+  world.run(0.9);
+  EXPECT_NEAR(world.position("walker").z(), kExampleStanding - 0.3, 1e-2);
+  EXPECT_GT(world.position("walker").x(), 3);
+  world.step({told_all(world.world(), "walker", {{"crouch", 0}, {"x", 0}})});
+  world.run(1);
+  EXPECT_NEAR(world.position("walker").z(), 1.45 - 0.6, 0.02) << "under the beam";
+  world.tell("walker", "x", 1.5);
+  world.run(2);
+  EXPECT_NEAR(world.position("walker").z(), kExampleStanding, 1e-3);
+}
+
 TEST(Vehicle, BrakesOnTheWayThatItsGripAllows) {
   for (const double grip : {0.5, 0.9}) {
     SCOPED_TRACE(grip);
