@@ -224,6 +224,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("seam", 180),
       from_file("station", 300),
       from_file("town", 60),
+      from_file("workshop", 300),
       from_file("tower", 180),
       from_file("zones", 180),
       made("tower_over_seams", 240,
