@@ -206,8 +206,9 @@ TEST(Convert, EverySettingIsAFieldAndSurvives) {
     ASSERT_TRUE(back.ok()) << back.status();
     EXPECT_EQ(text_of(setting, *back), text_of(setting, some_world().settings));
   }
-  const auto of_gravity = 2;
-  EXPECT_EQ(v1::WorldSettings::descriptor()->field_count(), static_cast<int>(kSettings.size()) + of_gravity);
+  const auto gravity_and_modules = 3;
+  EXPECT_EQ(v1::WorldSettings::descriptor()->field_count(),
+            static_cast<int>(kSettings.size()) + gravity_and_modules);
 }
 
 TEST(Convert, SettingsThatAreAbsentHaveTheirDefaults) {

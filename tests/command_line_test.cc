@@ -103,6 +103,16 @@ TEST_F(RunTest, EnginesOfOtherBuildsAreRefused) {
   EXPECT_THAT(program.output(), HasSubstr("libtessera-engine-f32.so is of another build of Tessera"));
 }
 
+TEST_F(RunTest, ModulesAreChecked) {
+  const Outcome checked = run_tessera({"program", "check", world_file("programs/flee.wasm").string()});
+  EXPECT_EQ(checked.code, 0) << checked.output;
+  EXPECT_THAT(checked.output, AllOf(HasSubstr("flee@"), HasSubstr("parameter radius = 8 m (0 to 1000)"),
+                                    HasSubstr("run(): 155 instructions, 0 acts")));
+  const Outcome refused = run_tessera({"program", "check", world_file("flee.sdf").string()});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.output, HasSubstr("flee.sdf: byte 4: it is no WebAssembly module"));
+}
+
 TEST_F(RunTest, ConvertedWorldIsTheSameWorld) {
   const std::string world = world_file("machines.sdf").string();
   const std::string message = (folder_ / "machines.pb").string();

@@ -207,7 +207,7 @@ const std::vector<Hostile>& hostile() {
        ""},
       {"floods_acts",
        R"((func (export "run") (loop $l (call $push (f64.const 1) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0)) (br $l))))",
-       "it acts more than 64 times in a tick"},
+       "it acts more than 1024 times in a tick"},
       {"floods_asks",
        R"((func (export "run")) (func (export "ask") (loop $l (call $body (f64.const 1)) (br $l))))",
        "it asks more than 1024 questions, or improper ones"},

@@ -74,7 +74,7 @@ struct tessera_finding {
 TESSERA_IMPORT(findings) int tessera_findings(int question);
 TESSERA_IMPORT(finding) void tessera_finding(int question, int n, struct tessera_finding* to);
 
-/* --- Acts, in run(), at most 64; they take effect at the beginning of the next tick --- */
+/* --- Acts, in run(), at most 1,024; they take effect at the beginning of the next tick --- */
 
 TESSERA_IMPORT(set_values) void tessera_set_values(const double* from);
 /* N at the centre of mass of the own dynamic body, and N m, for the next tick. */
