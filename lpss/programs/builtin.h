@@ -11,16 +11,20 @@ const Program& breaker_program();
 const Program& character_program();
 const Program& field_program();
 const Program& floater_program();
+const Program& imu_program();
 const Program& mover_program();
 const Program& pad_program();
+const Program& thruster_program();
 const Program& tracks_program();
 const Program& vehicle_program();
 const Program& wander_program();
+const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 9> builtin_programs() {
-  return {&breaker_program(), &character_program(), &field_program(),   &floater_program(), &mover_program(),
-          &pad_program(),     &tracks_program(),    &vehicle_program(), &wander_program()};
+inline std::array<const Program*, 12> builtin_programs() {
+  return {&breaker_program(), &character_program(), &field_program(),  &floater_program(),
+          &imu_program(),     &mover_program(),     &pad_program(),    &thruster_program(),
+          &tracks_program(),  &vehicle_program(),   &wander_program(), &wing_program()};
 }
 
 }  // namespace tessera

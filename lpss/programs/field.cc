@@ -27,9 +27,7 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"wind_z", "m/s", 0, -1e3, 1e3, "and along its z axis."},
     {"damping", "1/s", 0, 0, 1e4, "Linear drag: the acceleration by the velocity of the air past a body."},
     {"drag", "1/m", 0, 0, 1e4,
-     "Quadratic drag: the acceleration by the square of that velocity. It is density x coefficient x area / "
-     "(2 "
-     "x mass)."},
+     "Quadratic drag: that by the square of that velocity, density x coefficient x area / (2 x mass)."},
     {"radial", "m/s^2", 0, -1e6, 1e6,
      "The acceleration away from the centre of mass at the distance `near`; below 0: towards it."},
     {"near", "m", 1, 1e-3, 1e4, "From there on it falls off; nearer, it falls evenly to 0 at the centre."},

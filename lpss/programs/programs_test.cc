@@ -30,8 +30,8 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
   const auto record = new_program("walker");
   EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(record.status().message(),
-            "there is no program \"walker\"; there are: breaker, character, field, floater, mover, pad, "
-            "tracks, vehicle, wander");
+            "there is no program \"walker\"; there are: breaker, character, field, floater, imu, mover, "
+            "pad, thruster, tracks, vehicle, wander, wing");
 }
 
 TEST(Programs, NumbersOutOfBoundsAreRefused) {

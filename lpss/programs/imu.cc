@@ -1,0 +1,95 @@
+// IMU: what accelerometers and gyroscopes at a place of the body would show.
+#include <array>
+#include <cstdint>
+
+#include "lpss/base/rotation.h"
+#include "lpss/programs/builtin.h"
+#include "lpss/programs/numbers.h"
+
+namespace tessera {
+namespace imu {
+namespace {
+
+enum class Parameter { kX, kY, kZ, kNoise, kTurnNoise };
+constexpr auto kParameters = std::to_array<NumberSpec>({
+    {"x", "m", 0, -1e3, 1e3, "Where it is in the body frame,"},
+    {"y", "m", 0, -1e3, 1e3, "along its y axis,"},
+    {"z", "m", 0, -1e3, 1e3, "and along its z axis."},
+    {"noise", "m/s^2", 0, 0, 1e3, "The standard deviation of each acceleration, in a tick."},
+    {"turn_noise", "rad/s", 0, 0, 1e3, "And of each rate of turn."},
+});
+
+enum class Value { kAcceleration, kTurn = 3, kVelocity = 6, kMeasures = 9 };
+constexpr auto kValues = std::to_array<NumberSpec>({
+    {"acceleration_x", "m/s^2", 0, 0, 0,
+     "As felt: in free fall 0, at rest upwards. Along the body's x axis,"},
+    {"acceleration_y", "m/s^2", 0, 0, 0, "its y axis,"},
+    {"acceleration_z", "m/s^2", 0, 0, 0, "and its z axis; the mean over the tick."},
+    {"turn_x", "rad/s", 0, 0, 0, "The rate of turn about the body's x axis,"},
+    {"turn_y", "rad/s", 0, 0, 0, "its y axis,"},
+    {"turn_z", "rad/s", 0, 0, 0, "and its z axis, at the end of the tick."},
+    {"velocity_x", "m/s", 0, 0, 0, "Of the place where it is, without noise, along the world's x axis,"},
+    {"velocity_y", "m/s", 0, 0, 0, "its y axis,"},
+    {"velocity_z", "m/s", 0, 0, 0, "and its z axis."},
+    {"measures", "", 0, 0, 0, "1 once it has run: its first acceleration is that of a constant velocity."},
+});
+
+Eigen::Map<Eigen::Vector3d> vector_at(std::span<double> values, Value first) {
+  return Eigen::Map<Eigen::Vector3d>(values.data() + static_cast<std::size_t>(first));
+}
+
+// About normal, of deviation 1: a sum of twelve evenly distributed numbers.
+double normal(const Senses& senses, std::uint32_t n) {
+  constexpr std::uint32_t kNumbers = 12;
+  double sum = 0;
+  for (std::uint32_t k = 0; k < kNumbers; ++k) sum += senses.random(kNumbers * n + k);
+  return sum - kNumbers / 2.0;
+}
+
+class Imu final : public Program {
+ public:
+  absl::string_view kind() const override { return "imu"; }
+  absl::string_view summary() const override {
+    return "Measures accelerations and rates of turn. While its body sleeps, it shows the last ones.";
+  }
+  std::span<const NumberSpec> parameters() const override { return kParameters; }
+  std::span<const NumberSpec> inputs() const override { return {}; }
+  std::span<const NumberSpec> values() const override { return kValues; }
+
+  void run(const Senses& senses, std::span<double> values, Actor&) const override {
+    const Eigen::Quaterniond turn = senses.orientation();
+    const Eigen::Vector3d place(senses.parameters.data());
+    const Eigen::Vector3d lever = turn * (place - centre_frame(senses.properties).position);
+    const Eigen::Vector3d velocity = senses.velocity() + senses.angular_velocity().cross(lever);
+    Eigen::Map<Eigen::Vector3d> before = vector_at(values, Value::kVelocity);
+    double& measures = at(values, Value::kMeasures);
+    Eigen::Vector3d acceleration = -senses.gravity;
+    if (measures == 1) acceleration += (velocity - before) / senses.dt;
+    before = velocity;
+    measures = 1;
+    // The mean over a tick is along the axes of its middle.
+    const Eigen::Quaterniond halfway = rotation_by(-0.5 * senses.dt * senses.angular_velocity()) * turn;
+    vector_at(values, Value::kAcceleration) =
+        halfway.conjugate() * acceleration + noise(senses, Parameter::kNoise, 0);
+    vector_at(values, Value::kTurn) =
+        turn.conjugate() * senses.angular_velocity() + noise(senses, Parameter::kTurnNoise, 3);
+  }
+
+ private:
+  static Eigen::Vector3d noise(const Senses& senses, Parameter deviation, std::uint32_t first) {
+    const double size = at(senses.parameters, deviation);
+    if (size == 0) return Eigen::Vector3d::Zero();
+    return size *
+           Eigen::Vector3d(normal(senses, first), normal(senses, first + 1), normal(senses, first + 2));
+  }
+};
+
+}  // namespace
+}  // namespace imu
+
+const Program& imu_program() {
+  static const imu::Imu kImu;
+  return kImu;
+}
+
+}  // namespace tessera
