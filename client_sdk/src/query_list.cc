@@ -88,13 +88,15 @@ std::vector<NamedNumber> named_numbers(const google::protobuf::RepeatedPtrField<
   return numbers;
 }
 
+template <typename Row>
 struct Rows {
   absl::Status status;
-  std::vector<BodyRow> rows;
+  std::vector<Row> rows;
 };
 
-Rows rows_of(const v1::BodyColumns& columns) {
-  Rows result;
+template <typename Row, typename Columns>
+Rows<Row> rows_of(const Columns& columns) {
+  Rows<Row> result;
   result.status = append_rows(columns, result.rows);
   return result;
 }
@@ -118,24 +120,13 @@ bool agree(const v1::Dynamics& dynamics) {
          (freedoms > 0 ? dynamics.jacobians_size() % (6 * freedoms) == 0 : dynamics.jacobians_size() == 0);
 }
 
-struct Hits {
-  absl::Status status;
-  std::vector<HitRow> rows;
-};
-
-Hits hits_of(const v1::HitColumns& columns) {
-  Hits result;
-  result.status = append_rows(columns, result.rows);
-  return result;
-}
-
 // Whether there is a hit, or that there is none, for each ray.
 absl::Status check(const v1::RaysQuery& rays, const v1::HitColumns& hits) {
   const absl::StatusOr<RayReader> asked = RayReader::of(rays);
   if (!asked.ok()) return asked.status();
   if (hits.bodies_size() != asked->size())
     return absl::DataLossError("the answer has another number of rays than the query");
-  return hits_of(hits).status;
+  return rows_of<HitRow>(hits).status;
 }
 
 absl::Status check(const v1::Query& query, const v1::QueryResult& result) {
@@ -143,7 +134,7 @@ absl::Status check(const v1::Query& query, const v1::QueryResult& result) {
     case v1::QueryResult::kRays:
       return check(query.rays(), result.rays());
     case v1::QueryResult::kStates:
-      return rows_of(result.states()).status;
+      return rows_of<BodyRow>(result.states()).status;
     case v1::QueryResult::kJointStates:
       if (agree(result.joint_states())) return absl::OkStatus();
       return absl::DataLossError("states of joints in columns of different lengths");
@@ -331,7 +322,7 @@ bool Answers::operator[](QueryPlace<bool> place) const { return reply_->results(
 std::vector<std::optional<FirstHit>> Answers::operator[](
     QueryPlace<std::vector<std::optional<FirstHit>>> place) const {
   std::vector<std::optional<FirstHit>> hits;
-  for (const HitRow& row : hits_of(reply_->results(place.place).rays()).rows) {
+  for (const HitRow& row : rows_of<HitRow>(reply_->results(place.place).rays()).rows) {
     hits.emplace_back();
     if (row.body.value != 0) hits.back() = FirstHit{row.body, row.distance, row.position, row.normal};
   }
@@ -347,7 +338,7 @@ std::vector<Neighbour> Answers::operator[](QueryPlace<std::vector<Neighbour>> pl
 
 std::vector<BodySample> Answers::operator[](QueryPlace<std::vector<BodySample>> place) const {
   std::vector<BodySample> samples;
-  for (const BodyRow& row : rows_of(reply_->results(place.place).states()).rows)
+  for (const BodyRow& row : rows_of<BodyRow>(reply_->results(place.place).states()).rows)
     samples.push_back(sample_of(row));
   return samples;
 }

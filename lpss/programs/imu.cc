@@ -5,6 +5,7 @@
 #include "lpss/base/rotation.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/numbers.h"
+#include "lpss/programs/places.h"
 
 namespace tessera {
 namespace imu {
@@ -59,7 +60,7 @@ class Imu final : public Program {
   void run(const Senses& senses, std::span<double> values, Actor&) const override {
     const Eigen::Quaterniond turn = senses.orientation();
     const Eigen::Vector3d place(senses.parameters.data());
-    const Eigen::Vector3d lever = turn * (place - centre_frame(senses.properties).position);
+    const Eigen::Vector3d lever = lever_of(senses, turn, place);
     const Eigen::Vector3d velocity = senses.velocity() + senses.angular_velocity().cross(lever);
     Eigen::Map<Eigen::Vector3d> before = vector_at(values, Value::kVelocity);
     double& measures = at(values, Value::kMeasures);

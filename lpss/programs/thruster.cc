@@ -7,6 +7,7 @@
 #include "lpss/base/portable_math.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/numbers.h"
+#include "lpss/programs/places.h"
 
 namespace tessera {
 namespace thruster {
@@ -61,7 +62,7 @@ class Thruster final : public Program {
       const Eigen::Quaterniond turn = senses.orientation();
       const Eigen::Vector3d push = force * (turn * direction(senses));
       const Eigen::Vector3d place(senses.parameters.data());
-      const Eigen::Vector3d lever = turn * (place - centre_frame(senses.properties).position);
+      const Eigen::Vector3d lever = lever_of(senses, turn, place);
       actor.push_awake(push, lever.cross(push) + parameter(senses, Parameter::kReaction) * push);
     }
   }

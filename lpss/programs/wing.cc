@@ -7,6 +7,7 @@
 #include "lpss/base/portable_math.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/numbers.h"
+#include "lpss/programs/places.h"
 
 namespace tessera {
 namespace wing {
@@ -75,7 +76,7 @@ class Wing final : public Program {
   void run(const Senses& senses, std::span<double> values, Actor& actor) const override {
     const Eigen::Quaterniond turn = senses.orientation();
     const Eigen::Vector3d place(senses.parameters.data());
-    const Eigen::Vector3d lever = turn * (place - centre_frame(senses.properties).position);
+    const Eigen::Vector3d lever = lever_of(senses, turn, place);
     const auto [sin, cos] = portable::sincos(parameter(senses, Parameter::kRoll));
     const Eigen::Vector3d chord = turn * Eigen::Vector3d::UnitX();
     const Eigen::Vector3d up = turn * Eigen::Vector3d(0, -sin, cos);
