@@ -27,9 +27,9 @@ ActiveWorld active_world(const WorldToLoad& from, std::uint64_t load, std::uint6
 WorldCatalogue with_held(const ActiveWorld& world, WorldCatalogue catalogue) {
   catalogue.name = world.name;
   const ShapeTable& shapes = world.registry.shapes();
-  for (Sequencer::Held& batch : world.sequencer.held()) {
+  for (const Sequencer::Held& batch : world.sequencer.held()) {
     WorldCatalogue::HeldBatch& held = catalogue.held.emplace_back();
-    held.commands = std::move(batch.commands);
+    held.commands = batch.commands.unpacked();
     for (const v1::NumberedShape& shape : batch.new_shapes)
       held.new_shapes.push_back({shape.id(), shapes.ref(shape.id())});
   }

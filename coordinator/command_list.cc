@@ -19,12 +19,9 @@ using ClientCommands = google::protobuf::RepeatedPtrField<v1::Command>;
 
 class CommandList {
  public:
-  // Of about so many commands.
-  CommandList(std::size_t size, WorldRegistry& registry, Tick at, std::string owner,
-              std::size_t shape_bytes_max)
+  CommandList(WorldRegistry& registry, Tick at, std::string owner, std::size_t shape_bytes_max)
       : registry_(registry), at_(at), owner_(std::move(owner)), shape_bytes_max_(shape_bytes_max) {
     given_.applied.set_tick(at);
-    given_.commands.reserve(size);
   }
 
   absl::Status give(int place, const v1::Command& command) {
@@ -40,8 +37,8 @@ class CommandList {
     }
     absl::StatusOr<std::vector<Command>> commands = checked(command, registry_);
     if (!commands.ok()) return commands.status();
-    for (Command& each : *commands) {
-      if (absl::Status status = push(std::move(each)); !status.ok()) return status;
+    for (const Command& each : *commands) {
+      if (absl::Status status = push(each); !status.ok()) return status;
     }
     return command.has_set_properties() ? set_tags(command.set_properties()) : absl::OkStatus();
   }
@@ -50,10 +47,10 @@ class CommandList {
 
  private:
   // As servers carry it out, for it is carried out on the registry.
-  absl::Status push(Command command) {
+  absl::Status push(const Command& command) {
     if (absl::Status status = may_give(owner_, command, registry_); !status.ok()) return status;
     registry_.apply(command, at_);
-    given_.commands.push_back(std::move(command));
+    given_.commands.append(command);
     return absl::OkStatus();
   }
 
@@ -83,7 +80,7 @@ class CommandList {
     created.set_bodies(spawned->bodies.size());
     if (!spawned->joints.empty()) created.set_first_joint(spawned->joints.front().id.value);
     created.set_joints(spawned->joints.size());
-    for (const BodyRecord& body : spawned->bodies) given_.commands.push_back(SpawnBody{body});
+    for (const BodyRecord& body : spawned->bodies) given_.commands.append(SpawnBody{body});
     // What follows others comes after them.
     std::vector<bool> is_added(spawned->joints.size());
     for (std::size_t n = 0; n < spawned->joints.size(); ++n) add(spawned->joints, n, is_added);
@@ -97,7 +94,7 @@ class CommandList {
     for (const JointAxis& axis : axes_of(joints[n].properties)) {
       if (axis.mimic.is_set()) add(joints, axis.mimic.leader.value - joints.front().id.value, is_added);
     }
-    given_.commands.push_back(registry_.addition_of(joints[n]));
+    given_.commands.append(registry_.addition_of(joints[n]));
   }
 
   absl::Status remove(const v1::Remove& removal) {
@@ -126,7 +123,7 @@ class CommandList {
     created.set_command(place);
     created.set_first_joint(joint->id.value);
     created.set_joints(1);
-    given_.commands.push_back(registry_.addition_of(*joint));
+    given_.commands.append(registry_.addition_of(*joint));
     return absl::OkStatus();
   }
 
@@ -144,7 +141,7 @@ absl::StatusOr<GivenCommands> give(const ClientCommands& list, WorldRegistry& re
   if (absl::Status status = validate(BodyTags{owner, {}}); !status.ok()) return status;
   if (list.size() > kCommandsPerListMax)
     return refused("commands: ", list.size(), " elements must be at most ", kCommandsPerListMax);
-  CommandList commands(static_cast<std::size_t>(list.size()), registry, at, owner, shape_bytes_max);
+  CommandList commands(registry, at, owner, shape_bytes_max);
   for (int place = 0; place < list.size(); ++place) {
     if (absl::Status status = commands.give(place, list[place]); !status.ok())
       return at_element(status, "commands", place, list[place], list.size());

@@ -11,13 +11,13 @@
 
 #include "command.pb.h"
 #include "coordinator/world_registry.h"
-#include "lpss/tick/messages.h"
+#include "proto/wire.h"
 #include "recording.pb.h"
 
 namespace tessera {
 
 struct GivenCommands {
-  std::vector<Command> commands;
+  PackedCommands commands;
   std::vector<v1::NumberedShape> new_shapes;  // added before the commands
   v1::Applied applied;
 };

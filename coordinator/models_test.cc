@@ -82,9 +82,9 @@ class Models : public ::testing::Test {
 
 // Those of one kind, in their order.
 template <typename Kind>
-std::vector<Kind> all_of_kind(const std::vector<Command>& commands) {
+std::vector<Kind> all_of_kind(const PackedCommands& commands) {
   std::vector<Kind> result;
-  for (const Command& command : commands) {
+  for (const Command& command : commands.unpacked()) {
     if (const auto* one = std::get_if<Kind>(&command)) result.push_back(*one);
   }
   return result;
@@ -206,7 +206,7 @@ TEST_F(Models, ReachIntoOtherSectors) {
   *command.mutable_spawn()->mutable_pose() = to_proto(pose);
   const auto given = give({command});
   ASSERT_TRUE(given.ok()) << given.status();
-  const BodyRecord& far = std::get<SpawnBody>(given->commands[1]).record;
+  const BodyRecord far = all_of_kind<SpawnBody>(given->commands)[1].record;
   EXPECT_EQ(far.home, (SectorIndex{4, 0, 0}));
   EXPECT_NEAR(far.state.position[0], 30, 1e-9);
 }

@@ -114,7 +114,7 @@ Tick Sequencer::next_command_tick() const {
   return batches_.empty() ? certain_ + 1 : std::max(certain_ + 1, batches_.rbegin()->first);
 }
 
-void Sequencer::hold(Batch& batch, const std::vector<Command>& commands,
+void Sequencer::hold(Batch& batch, const PackedCommands& commands,
                      std::vector<v1::NumberedShape> new_shapes) {
   held_commands_ += commands.size();
   for (const v1::NumberedShape& shape : new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
@@ -122,7 +122,7 @@ void Sequencer::hold(Batch& batch, const std::vector<Command>& commands,
   std::move(new_shapes.begin(), new_shapes.end(), std::back_inserter(batch.new_shapes));
 }
 
-void Sequencer::submit(const std::vector<Command>& commands, std::vector<v1::NumberedShape> new_shapes) {
+void Sequencer::submit(const PackedCommands& commands, std::vector<v1::NumberedShape> new_shapes) {
   hold(batches_[next_command_tick()], commands, std::move(new_shapes));
 }
 
@@ -166,7 +166,7 @@ std::vector<v1::Grant> Sequencer::granted_since(Tick tick) const {
 std::vector<Sequencer::Held> Sequencer::held() const {
   std::vector<Held> held;
   for (auto batch = batches_.upper_bound(certain_); batch != batches_.end(); ++batch) {
-    held.push_back({batch->second.commands.unpacked(), batch->second.new_shapes});
+    held.push_back({batch->second.commands, batch->second.new_shapes});
   }
   return held;
 }
@@ -177,7 +177,7 @@ void Sequencer::hold(std::vector<Held> held) {
   for (Held& from : held) hold(batches_[++tick], from.commands, std::move(from.new_shapes));
 }
 
-void Sequencer::hold_at(Tick tick, const std::vector<Command>& commands,
+void Sequencer::hold_at(Tick tick, const PackedCommands& commands,
                         std::vector<v1::NumberedShape> new_shapes) {
   hold(batches_[tick], commands, std::move(new_shapes));
 }

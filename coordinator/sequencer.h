@@ -79,7 +79,7 @@ class Sequencer {
   Tick next_command_tick() const;
 
   // Takes checked commands, with the shapes that they add: they take effect together, at next_command_tick().
-  void submit(const std::vector<Command>& commands, std::vector<v1::NumberedShape> new_shapes);
+  void submit(const PackedCommands& commands, std::vector<v1::NumberedShape> new_shapes);
 
   // Asks a question that is answered after all ticks that are certain, but not before the end of tick
   // `after`, as long as the world goes on up to that.
@@ -90,7 +90,7 @@ class Sequencer {
 
   // The commands of each of the ticks after certain(), as far as there are any.
   struct Held {
-    std::vector<Command> commands;
+    PackedCommands commands;
     std::vector<v1::NumberedShape> new_shapes;
   };
   std::vector<Held> held() const;
@@ -98,7 +98,7 @@ class Sequencer {
   // As the first of all: the commands that a snapshot holds, and those that were stored since, by their
   // ticks.
   void hold(std::vector<Held> held);
-  void hold_at(Tick tick, const std::vector<Command>& commands, std::vector<v1::NumberedShape> new_shapes);
+  void hold_at(Tick tick, const PackedCommands& commands, std::vector<v1::NumberedShape> new_shapes);
 
   // The map changes before the next tick that is granted, by a grant of its own: also while the world is
   // paused. Its newcomers are the last ranks from then on; `leaver` is the rank that a server had until then.
@@ -179,7 +179,7 @@ class Sequencer {
   v1::Grant next_grant(std::uint64_t ticks);
   v1::Grant map_grant();
   void give(const Batch& batch, v1::Grant& grant);
-  void hold(Batch& batch, const std::vector<Command>& commands, std::vector<v1::NumberedShape> new_shapes);
+  void hold(Batch& batch, const PackedCommands& commands, std::vector<v1::NumberedShape> new_shapes);
   v1::Grant question_grant(std::vector<v1::Question> questions);
   void ask_due(std::vector<v1::Grant>& grants);
   void settle();

@@ -194,7 +194,7 @@ TEST(Sequencer, HasLimits) {
   EXPECT_EQ(sequencer.room_for_commands(1, kHeldShapeBytesMax + 1).code(), kNoRoom);
   EXPECT_TRUE(sequencer.room_for_commands(kHeldCommandsMax, 0).ok());
   EXPECT_EQ(sequencer.room_for_commands(kHeldCommandsMax + 1, 0).code(), kNoRoom) << "a list is whole";
-  sequencer.submit(std::vector<Command>(kHeldCommandsMax - 1, RemoveBody{BodyId{1}}), {});
+  sequencer.submit(PackedCommands(std::vector<Command>(kHeldCommandsMax - 1, RemoveBody{BodyId{1}})), {});
   EXPECT_TRUE(sequencer.room_for_commands(1, 0).ok());
   EXPECT_EQ(sequencer.room_for_commands(2, 0).code(), kNoRoom);
   step(sequencer, 1, nobody);

@@ -53,7 +53,7 @@ std::vector<Sequencer::Held> held_of(const WorldToLoad& world) {
   if (snapshot == nullptr) return held;
   for (const WorldCatalogue::HeldBatch& batch : snapshot->catalogue.held) {
     Sequencer::Held& to = held.emplace_back();
-    to.commands = batch.commands;
+    to.commands.append(batch.commands);
     for (const ShapeEntry& entry : batch.new_shapes) to.new_shapes.push_back(to_proto(entry));
   }
   return held;

@@ -44,6 +44,11 @@ void PackedCommands::append(std::span<const Command> commands) {
   size_ += commands.size();
 }
 
+void PackedCommands::append(const PackedCommands& commands) {
+  bytes_ += commands.bytes_;
+  size_ += commands.size_;
+}
+
 std::string PackedCommands::list() const { return pack_struct(size_) + bytes_; }
 
 std::vector<Command> PackedCommands::unpacked() const {

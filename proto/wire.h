@@ -9,6 +9,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
@@ -44,7 +45,15 @@ std::size_t packed_bytes(const MovedSector& sector);
 // Commands that are kept as bytes, which take a tenth of the memory.
 class PackedCommands {
  public:
+  PackedCommands() = default;
+  PackedCommands(std::initializer_list<Command> commands) : PackedCommands(std::span(commands)) {}
+  explicit PackedCommands(std::span<const Command> commands) { append(commands); }
+
   void append(std::span<const Command> commands);
+  void append(const Command& command) { append({&command, 1}); }
+  void append(const PackedCommands& commands);
+
+  bool empty() const { return size_ == 0; }
 
   std::size_t size() const { return size_; }
   // What pack() makes of all of them.

@@ -49,7 +49,7 @@ class Playback {
     if (!given.ok()) return given.status();
     for (const v1::NumberedShape& shape : given->new_shapes)
       simulation_->add_shape(shape.id(), registry_.shapes().ref(shape.id()));
-    std::move(given->commands.begin(), given->commands.end(), std::back_inserter(commands_));
+    std::ranges::move(given->commands.unpacked(), std::back_inserter(commands_));
     return absl::OkStatus();
   }
 
