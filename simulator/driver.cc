@@ -188,7 +188,9 @@ absl::Status Driver::unload() {
     if (absl::IsCancelled(unloaded.status()) || !cluster_.failure().ok()) return unloaded.status();
     const absl::StatusOr<v1::StatusReply> status = any_status(cluster_);
     if (!status.ok()) return status.status();
-    if (unloaded.ok() && status->state() == "empty") return absl::OkStatus();
+    // A coordinator that is lost may have unloaded it and not told so; the next one has no world.
+    const bool is_gone = unloaded.ok() || absl::IsFailedPrecondition(unloaded.status());
+    if (is_gone && status->state() == "empty") return absl::OkStatus();
     cluster_.run_events(kEventsBetweenLoads);
   }
   return absl::DeadlineExceededError("the world could not be unloaded");
