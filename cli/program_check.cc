@@ -10,6 +10,7 @@
 #include "cli/command.h"
 #include "cli/text.h"
 #include "lpss/model/program.h"
+#include "lpss/model/settings.h"
 #include "lpss/programs/module.h"
 #include "lpss/programs/registry.h"
 
@@ -52,7 +53,7 @@ absl::Status try_once(const ProgramModule& module) {
   program.ask(senses, record->values, asker);
   if (!fault.empty()) return absl::InvalidArgumentError(absl::StrCat("ask() is stopped: ", fault));
   absl::PrintF("ask(): %s instructions, %d questions\n", grouped(instructions_of(module)), asks.size());
-  Actor actor(senses, commands, wake_at, fault);
+  Actor actor(senses, WorldSettings().sector_size, commands, wake_at, fault);
   program.run(senses, record->values, actor);
   if (!fault.empty()) return absl::InvalidArgumentError(absl::StrCat("run() is stopped: ", fault));
   absl::PrintF("run(): %s instructions, %d acts\n", grouped(instructions_of(module)), commands.size());

@@ -233,7 +233,7 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<ProgramFinding> T>
 void describe(Archive& archive, T& x) {
   archive(x.ask, x.body, x.motion, x.distance, x.normal, x.point, x.velocity, x.impulse, x.position,
-          x.rotation, x.mass, x.joint, x.is_child, x.loads);
+          x.rotation, x.mass, x.is_held, x.joint, x.is_child, x.loads);
 }
 template <typename Archive, Is<ProgramAnswers> T>
 void describe(Archive& archive, T& x) {

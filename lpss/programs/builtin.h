@@ -14,6 +14,7 @@ const Program& floater_program();
 const Program& imu_program();
 const Program& mover_program();
 const Program& pad_program();
+const Program& portal_program();
 const Program& thruster_program();
 const Program& tracks_program();
 const Program& vehicle_program();
@@ -21,10 +22,10 @@ const Program& wander_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 12> builtin_programs() {
-  return {&breaker_program(), &character_program(), &field_program(),  &floater_program(),
-          &imu_program(),     &mover_program(),     &pad_program(),    &thruster_program(),
-          &tracks_program(),  &vehicle_program(),   &wander_program(), &wing_program()};
+inline std::array<const Program*, 13> builtin_programs() {
+  return {&breaker_program(), &character_program(), &field_program(),  &floater_program(),  &imu_program(),
+          &mover_program(),   &pad_program(),       &portal_program(), &thruster_program(), &tracks_program(),
+          &vehicle_program(), &wander_program(),    &wing_program()};
 }
 
 }  // namespace tessera

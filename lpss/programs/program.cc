@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "lpss/grid/world_position.h"
 #include "lpss/model/body.h"
 #include "lpss/model/checks.h"
 
@@ -63,7 +64,8 @@ void Asker::joints() { add(ProgramAsk::kJoints, senses_.body); }
 bool is_act(const Command& command) {
   return std::holds_alternative<PushBody>(command) || std::holds_alternative<ApplyForce>(command) ||
          std::holds_alternative<ApplyImpulse>(command) || std::holds_alternative<KinematicTarget>(command) ||
-         std::holds_alternative<RemoveJoint>(command) || std::holds_alternative<TellProgram>(command);
+         std::holds_alternative<Teleport>(command) || std::holds_alternative<RemoveJoint>(command) ||
+         std::holds_alternative<TellProgram>(command);
 }
 
 void Actor::push(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
@@ -87,6 +89,17 @@ void Actor::move_to(const Eigen::Vector3d& position) {
   goal.position = array_of(position);
   goal.velocities_before.reset();
   commands_.push_back(KinematicTarget{senses_.body, senses_.sector, goal});
+}
+
+void Actor::take_to(const ProgramFinding& body, const Eigen::Vector3d& position,
+                    const Eigen::Vector3d& velocity, bool keeps_turning) {
+  const absl::StatusOr<WorldPosition> place = canonical(senses_.sector, position, sector_size_);
+  if (!place.ok()) return fail(place.status().message());
+  Teleport jump{.id = body.body, .home = place->sector, .keeps_angular_velocity = keeps_turning};
+  jump.state.position = array_of(place->local);
+  jump.state.rotation = body.rotation;
+  jump.state.linear_velocity = array_of(velocity);
+  commands_.emplace_back(jump);
 }
 
 void Actor::remove_joint(JointId joint) { commands_.emplace_back(RemoveJoint{joint}); }

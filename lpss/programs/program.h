@@ -108,8 +108,10 @@ bool is_act(const Command& command);
 // Takes what an instance does. Beyond kProgramActsMax, the instance is stopped.
 class Actor {
  public:
-  Actor(const Senses& senses, std::vector<Command>& commands, std::uint64_t& wake_at, std::string& fault)
-      : senses_(senses), commands_(commands), wake_at_(wake_at), fault_(fault) {}
+  // `sector_size` in m.
+  Actor(const Senses& senses, double sector_size, std::vector<Command>& commands, std::uint64_t& wake_at,
+        std::string& fault)
+      : senses_(senses), sector_size_(sector_size), commands_(commands), wake_at_(wake_at), fault_(fault) {}
 
   // On the own body, for the next tick: N at the centre of mass, and N m. It lets a body at rest fall asleep,
   // and does nothing to one that sleeps.
@@ -123,6 +125,10 @@ class Actor {
   // The own kinematic body arrives with its centre of mass at `position` at the end of the next tick, turned
   // as it is.
   void move_to(const Eigen::Vector3d& position);
+  // A dynamic body that was met is at `position`, with its centre of mass, at the beginning of the next tick,
+  // turned as it is, and moves on with `velocity` (m/s); it turns on only where it `keeps_turning`.
+  void take_to(const ProgramFinding& body, const Eigen::Vector3d& position, const Eigen::Vector3d& velocity,
+               bool keeps_turning);
   // Takes a joint out of the world.
   void remove_joint(JointId joint);
   // Sets numbers of a program, of any body.
@@ -136,6 +142,7 @@ class Actor {
 
  private:
   const Senses& senses_;
+  const double sector_size_;
   std::vector<Command>& commands_;
   std::uint64_t& wake_at_;
   std::string& fault_;

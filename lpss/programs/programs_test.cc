@@ -31,7 +31,7 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
   EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(record.status().message(),
             "there is no program \"walker\"; there are: breaker, character, field, floater, imu, mover, "
-            "pad, thruster, tracks, vehicle, wander, wing");
+            "pad, portal, thruster, tracks, vehicle, wander, wing");
 }
 
 TEST(Programs, NumbersOutOfBoundsAreRefused) {

@@ -44,6 +44,7 @@ struct ProgramFinding {
   std::array<double, 3> position{};  // m, of the centre of mass, from the centre of the asked sector
   std::array<double, 9> rotation{};  // of its centre frame, by rows
   double mass = 0;                   // kg, of a dynamic body that was met or asked for, or that visits
+  bool is_held = false;              // of a visitor: joints hold it, or hold others to it
   JointId joint;                     // which holds `body`, or the world, to the one asked about
   bool is_child = false;             // the one asked about is the child of the joint
   JointLoads loads;                  // of the joint, in the last tick in which its bodies were awake

@@ -203,7 +203,12 @@ class Commands {
       replica->second->properties.lasting = c.force;
     change(c.id, [&](SectorWorld&, HomeBody& body) { set_lasting_force(body, c.force); });
   }
-  void carry_out(const Teleport& c) { landings_.add(partition_, c); }
+  void carry_out(const Teleport& c) {
+    landings_.add(partition_, c);
+    // A velocity that it keeps may be too much with the one that it gets.
+    if (const auto found = partition_.bodies.find(c.id); found != partition_.bodies.end())
+      note_if_stopped(partition_, *found->second, stopped_);
+  }
   void carry_out(const KinematicTarget& c) { set_target(partition_, c, landings_, stopped_); }
   void carry_out(const AddJoint& c) { add_joint(partition_, c.record, c.leaders); }
   void carry_out(const RemoveJoint& c) { remove_joint(partition_, c.id); }

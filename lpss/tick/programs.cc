@@ -133,6 +133,7 @@ class Answering {
     finding.body = visitor;
     if (!describe(finding, ask.sector) || finding.motion != Motion::kDynamic) return;
     finding.distance = (as_vector(finding.position) - as_vector(ask.origin)).norm();
+    finding.is_held = !partition_.joints.of(visitor).empty();
     findings.push_back(finding);
   }
 
@@ -420,7 +421,7 @@ void ProgramPhase::act(Running& running) {
   put_in_order(running.findings, running.asks);
   record.wake_at = 0;
   const Senses senses = senses_of(running);
-  Actor actor(senses, running.commands, record.wake_at, running.fault);
+  Actor actor(senses, partition_.sector_size(), running.commands, record.wake_at, running.fault);
   find_program(record.kind)->run(senses, record.values, actor);
   if (running.commands.size() > kProgramActsMax) {
     stop(record, absl::StrCat("it acts more than ", kProgramActsMax, " times in a tick"), tick_);

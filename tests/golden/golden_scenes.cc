@@ -221,6 +221,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("earth", 60),
       from_file("falling", 180),
       from_file("flee", 300),
+      from_file("fountain", 300),
       from_file("globe", 600),
       from_file("machines", 180),
       from_file("seam", 180),
