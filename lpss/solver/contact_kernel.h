@@ -139,11 +139,12 @@ class Kernel : ContactLanes<L> {
     for (int k = 0; k < 2; ++k) turn[k] = r.start[k] + (dot(r.a[k], p.angular) - dot(r.b[k], q.angular));
     V wanted[2] = {r.impulse[0] - (r.mass[0] * turn[0] + r.mass[1] * turn[1]),
                    r.impulse[1] - (r.mass[1] * turn[0] + r.mass[2] * turn[1])};
-    // Lanes that do not roll are here, too, if others do. Where their spins are so small that the square is
-    // 0, they would be within any bound.
-    const V scale = most > V{} ? scale_within(wanted, most) : V{};
+    // Lanes that do not roll are here, too, if others do: however small or large their spins are, nothing is
+    // added to them.
+    const auto rolls = most > V{};
+    const V scale = scale_within(wanted, most);
     for (int k = 0; k < 2; ++k) {
-      wanted[k] = is_off ? r.impulse[k] : wanted[k] * scale;
+      wanted[k] = is_off ? r.impulse[k] : rolls ? wanted[k] * scale : V{};
       roll(r, k, wanted[k] - r.impulse[k], p, q);
       r.impulse[k] = wanted[k];
     }

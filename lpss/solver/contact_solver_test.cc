@@ -264,6 +264,29 @@ TYPED_TEST(ContactSolverTest, SurfacesOfOthersChangeNoBitOfACubeThatHardlyTurns)
   }
 }
 
+// Its impulse to roll would be beyond the range of numbers.
+TYPED_TEST(ContactSolverTest, NorOfOneThatTurnsAsFastAsNumbersAllow) {
+  using V = typename Cubes<TypeParam>::Vector;
+  for (const int lanes : ContactSolver<TypeParam>::widths()) {
+    V ends[2];
+    for (const bool has_surface : {false, true}) {
+      Cubes<TypeParam> cubes;
+      cubes.set_lanes(lanes);
+      for (const std::size_t n : {1, 2}) {
+        cubes.add(V(TypeParam(4 * n), 0, 2));
+        cubes.body(n).inverse_inertia /= 100;
+        cubes.touch(n, 0);
+      }
+      cubes.body(1).angular = V(std::numeric_limits<TypeParam>::max() / 8, 0, 0);
+      typename ContactSolver<TypeParam>::Surface surface;
+      if (has_surface) cubes.patches()[1].surface = &surface;
+      cubes.step();
+      ends[has_surface] = cubes.body(1).angular;
+    }
+    EXPECT_EQ(ends[0], ends[1]) << lanes << " lanes";
+  }
+}
+
 // The inverse of such a friction is infinite.
 TYPED_TEST(ContactSolverTest, SurfacesOfOthersChangeNoBitOfACubeWithTheLeastFriction) {
   using V = typename Cubes<TypeParam>::Vector;
