@@ -238,11 +238,36 @@ Scene swings_in_water() {
   return scene;
 }
 
+// It leans by what it bears to the side: sin(lean) = v^2 tan(angle) / (g wheelbase).
+Scene leans() {
+  Scene scene = program_scene("leans");
+  scene.seconds = 8;
+  static constexpr double kAngle = 0.1;  // rad, of its front wheel
+  static constexpr double kSpeed = 8;
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder = on_plane(with_gravity(settings, {0, 0, -kGravity}), 0.5);
+    BodyDescription& bike = add_body(builder, "bike", Box{{1.6, 0.3, 0.5}}, 200, {kPlace, 0.2, 0.6}, 0.5);
+    bike.linear_velocity = {kSpeed, 0, 0};
+    bike.programs.push_back(example_program(
+        "motorcycle", {{"throttle", 1}, {"speed", kSpeed}, {"steer_angle", kAngle}, {"steer", 1}}));
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const Glance& last = course.last("bike");
+    const double speed = last.velocity.norm();
+    const double lean = std::asin(speed * speed * std::tan(kAngle) / (kGravity * 1.4));
+    const double got = std::asin(-(last.turn * Eigen::Vector3d::UnitY()).z());
+    const double rate = kGravity * std::tan(lean) / speed;
+    return {{"lean", "rad", lean, got, 0.02 * lean}, {"rate", "rad/s", rate, last.spin.z(), 0.03 * rate}};
+  };
+  return scene;
+}
+
 }  // namespace
 
 std::vector<Scene> program_scenes() {
   return {swings_in_water(), lift(),      walks(),     stands_on_slope(15), stands_on_slope(40), jumps(),
-          pushes_off(),      brakes(0.5), brakes(0.9), circles(),           parks_on_slope()};
+          pushes_off(),      brakes(0.5), brakes(0.9), circles(),           parks_on_slope(),    leans()};
 }
 
 }  // namespace tessera::truth

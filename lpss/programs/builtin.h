@@ -12,6 +12,7 @@ const Program& character_program();
 const Program& field_program();
 const Program& floater_program();
 const Program& imu_program();
+const Program& motorcycle_program();
 const Program& mover_program();
 const Program& pad_program();
 const Program& portal_program();
@@ -22,10 +23,11 @@ const Program& wander_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 13> builtin_programs() {
-  return {&breaker_program(), &character_program(), &field_program(),  &floater_program(),  &imu_program(),
-          &mover_program(),   &pad_program(),       &portal_program(), &thruster_program(), &tracks_program(),
-          &vehicle_program(), &wander_program(),    &wing_program()};
+inline std::array<const Program*, 14> builtin_programs() {
+  return {&breaker_program(), &character_program(),  &field_program(),  &floater_program(),
+          &imu_program(),     &motorcycle_program(), &mover_program(),  &pad_program(),
+          &portal_program(),  &thruster_program(),   &tracks_program(), &vehicle_program(),
+          &wander_program(),  &wing_program()};
 }
 
 }  // namespace tessera

@@ -30,7 +30,8 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
   const auto record = new_program("walker");
   EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(record.status().message(),
-            "there is no program \"walker\"; there are: breaker, character, field, floater, imu, mover, "
+            "there is no program \"walker\"; there are: breaker, character, field, floater, imu, motorcycle, "
+            "mover, "
             "pad, portal, thruster, tracks, vehicle, wander, wing");
 }
 

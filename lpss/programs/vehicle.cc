@@ -153,17 +153,15 @@ class Vehicle final : public Program {
     const bool front = wheel.lever.dot(senses.orientation() * Eigen::Vector3d::UnitX()) > 0;
     const double fronts = parameter(senses, Parameter::kFrontDrive) >= 0.5 ? 2 : 0;
     const double rears = parameter(senses, Parameter::kRearDrive) >= 0.5 ? 2 : 0;
-    const double speed = (senses.velocity() - wheel.carried).dot(wheel.forward);
-    const double throttle = input(senses, Input::kThrottle);
-    const bool pushes = throttle * speed < std::abs(throttle) * parameter(senses, Parameter::kSpeed);
-    if (pushes && (front ? fronts : rears) > 0)
-      wheel.engine = throttle * parameter(senses, Parameter::kEngine) / (fronts + rears) * senses.dt;
-    wheel.engine = std::clamp(wheel.engine, -parameter(senses, Parameter::kGrip) * wheel.load,
-                              parameter(senses, Parameter::kGrip) * wheel.load);
-    wheel.brake = input(senses, Input::kBrake) * parameter(senses, Parameter::kBrake) * senses.dt;
-    // What neither drives nor brakes still rolls to a stand.
-    if (throttle == 0)
-      wheel.brake = std::max(wheel.brake, parameter(senses, Parameter::kRolling) * wheel.load);
+    const double driven = front ? fronts : rears;
+    wheels::drive(senses,
+                  {.throttle = input(senses, Input::kThrottle),
+                   .engine = driven > 0 ? parameter(senses, Parameter::kEngine) / (fronts + rears) : 0,
+                   .speed = parameter(senses, Parameter::kSpeed),
+                   .brake = input(senses, Input::kBrake) * parameter(senses, Parameter::kBrake),
+                   .grip = parameter(senses, Parameter::kGrip),
+                   .rolling = parameter(senses, Parameter::kRolling)},
+                  wheel);
   }
 };
 

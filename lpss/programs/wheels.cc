@@ -1,6 +1,7 @@
 #include "lpss/programs/wheels.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "lpss/base/rotation.h"
 
@@ -82,6 +83,16 @@ Wheel wheel_at(const Senses& senses, const Chassis& chassis, const Suspension& s
   wheel.compressed = suspension.reach() - wheel.ground->distance;
   set_load(senses, chassis, suspension, wheel);
   return wheel;
+}
+
+void drive(const Senses& senses, const Drive& told, Wheel& wheel) {
+  const double speed = (senses.velocity() - wheel.carried).dot(wheel.forward);
+  const bool pushes = told.throttle * speed < std::abs(told.throttle) * told.speed;
+  if (pushes) wheel.engine = told.throttle * told.engine * senses.dt;
+  wheel.engine = std::clamp(wheel.engine, -told.grip * wheel.load, told.grip * wheel.load);
+  wheel.brake = told.brake * senses.dt;
+  // What neither drives nor brakes still rolls to a stand.
+  if (told.throttle == 0) wheel.brake = std::max(wheel.brake, told.rolling * wheel.load);
 }
 
 void solve(Chassis& chassis, std::span<Wheel> wheels, double grip) {

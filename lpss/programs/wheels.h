@@ -62,6 +62,17 @@ struct Wheel {
 Wheel wheel_at(const Senses& senses, const Chassis& chassis, const Suspension& suspension, std::uint32_t ask,
                const Eigen::Vector3d& rolls);
 
+// What a wheel is told.
+struct Drive {
+  double throttle = 0;  // -1 to 1
+  double engine = 0;    // N, at full throttle
+  double speed = 0;     // m/s, from which on the engine does not push
+  double brake = 0;     // N
+  double grip = 0;
+  double rolling = 0;  // resistance, as a part of what the wheel bears
+};
+void drive(const Senses& senses, const Drive& told, Wheel& wheel);
+
 // The springs lift, the engine pushes, and the tyres hold their points: to the side as far as they grip,
 // along their way as far as they are braked.
 void solve(Chassis& chassis, std::span<Wheel> wheels, double grip);
