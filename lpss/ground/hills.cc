@@ -136,8 +136,9 @@ class Planet final : public Hills {
     std::vector<TileKey> keys;
     const Eigen::Vector3d centre = box.center();
     const double reach = box.sizes().norm() / 2;
-    const double nearest = centre.norm() - reach;
-    if (nearest > ground().radius + high() || centre.norm() + reach < lowest()) return keys;
+    const double nearest = box.exteriorDistance(Eigen::Vector3d::Zero().eval());
+    const double farthest = box.max().cwiseAbs().cwiseMax(box.min().cwiseAbs()).norm();
+    if (nearest > ground().radius + high() || farthest < lowest()) return keys;
     for (std::int32_t face = 0; face < 6; ++face) {
       // A point of the face is at least so much of its distance from the centre along the face's axis.
       constexpr double kLeast = 0.577;
@@ -194,7 +195,7 @@ class Planet final : public Hills {
   };
 
   // m, from the centre; triangles are a little nearer than their corners.
-  double lowest() const { return (ground().radius + low()) * 0.5; }
+  double lowest() const { return (ground().radius + low()) * 0.9; }
 
   // Of the cube's face, the coordinate of line n of all: -1 to 1, the same but for the sign on both sides.
   double line(std::int64_t n) const {

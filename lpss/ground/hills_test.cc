@@ -123,6 +123,32 @@ TEST(Hills, FindAllTilesInABox) {
   expect_all_found(plain(), 1e5, 200);
 }
 
+// Wherever a box is, inside of the planet, too, what it needs is all that it reaches, and little more.
+TEST(Hills, ABoxAnywhereNeedsFewTilesMoreThanItReaches) {
+  const auto source = make_hills(planet());
+  const std::map<TileKey, Tile> all = all_tiles(*source);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> part(0, 1);
+  for (int n = 0; n < 200; ++n) {
+    const Eigen::Vector3d way = Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+    const double half = 10 * std::pow(30, part(random));
+    const Eigen::AlignedBox3d box = box_at(way * 2500 * std::sqrt(part(random)), half);
+    const std::vector<TileKey> found = source->overlapping(box);
+    std::size_t reached = 0;
+    for (const auto& [key, tile] : all) {
+      const bool overlaps =
+          std::any_of(tile.triangles.begin(), tile.triangles.end(),
+                      [&](const auto& triangle) { return box_of(tile, triangle).intersects(box); });
+      if (!overlaps) continue;
+      ++reached;
+      ASSERT_TRUE(std::binary_search(found.begin(), found.end(), key));
+    }
+    // Of which the planet has 600.
+    EXPECT_LE(found.size(), 4 * reached + 150) << way.transpose() << ", " << half;
+  }
+}
+
 TEST(Hills, AreNotAboveOrBelow) {
   const auto over_planet = make_hills(planet());
   EXPECT_TRUE(over_planet->overlapping(box_at({0, 0, 2400}, 100)).empty());

@@ -34,7 +34,7 @@ const SectorWorld* PassingWorlds::at(const Partition& partition, const SectorInd
   revision_ = partition.statics.revision();
   auto found = entries_.find(index);
   if (found == entries_.end()) {
-    if (!is_any_in(partition, index, region)) return nullptr;
+    if (!is_any_in(partition, index, region.intersection(surroundings(partition)))) return nullptr;
     make_room();
     found = entries_.emplace(index, std::make_unique<Entry>()).first;
     found->second->sector.index = index;
