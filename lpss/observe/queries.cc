@@ -67,6 +67,17 @@ const SectorWorld* Queries::living_world(const SectorIndex& index) {
   return found == partition_.sectors.end() ? nullptr : found->second->world.get();
 }
 
+// A body that moves is found from the sector in which it lives. A static one is found from the sectors in
+// which the line meets it, each for its part of the way, and not from others that know it, too: which of
+// these have a world depends on where bodies were, and on which server.
+bool Queries::counts(BodyId body, const WorldLine& line, double radius, const SectorPath::Place& place,
+                     double distance) const {
+  if (partition_.statics.find(body) == nullptr) return true;
+  const std::optional<Stretch> own =
+      stretch_inside(cube(partition_.sector_size() / 2 + radius), place.from, line);
+  return own && distance >= own->begin - kSameHit;
+}
+
 // Calls ask(world, place) for all that may know what is within `radius` (m) of the line. It returns how far
 // (m) along the line answers still matter.
 template <typename Ask>
@@ -111,7 +122,9 @@ std::optional<RayAnswer> Queries::raycast(const WorldPosition& origin, const Eig
               const auto& [begin, end] = place.stretch;
               const std::optional<RayHit> hit =
                   world.raycast(place.from + direction * begin, place.from + direction * end, filter);
-              if (hit) take({hit->body, begin + hit->fraction * (end - begin), hit->normal}, nearest);
+              const double distance = hit ? begin + hit->fraction * (end - begin) : 0;
+              if (hit && counts(hit->body, line, 0, place, distance))
+                take({hit->body, distance, hit->normal}, nearest);
               return nearest ? nearest->distance : length;
             });
   return nearest;
@@ -127,6 +140,7 @@ std::vector<RayAnswer> Queries::raycast_all(const WorldPosition& origin, const E
               for (const RayHit& hit :
                    world.raycast_all(place.from + direction * begin, place.from + direction * end, filter)) {
                 const RayAnswer answer{hit.body, begin + hit.fraction * (end - begin), hit.normal};
+                if (!counts(hit.body, line, 0, place, answer.distance)) continue;
                 const auto [known, is_new] = by_body.try_emplace(hit.body, answer);
                 if (!is_new && answer.distance < known->second.distance) known->second = answer;
               }
@@ -144,14 +158,16 @@ std::optional<RayAnswer> Queries::sweep(const Geometry& probe, const WorldPose& 
                                         const Eigen::Vector3d& direction, double length,
                                         const QueryFilter& filter) {
   const WorldLine line = line_from(pose.position, direction, length);
+  const double radius = bounding_radius(probe);
   std::optional<RayAnswer> first;
-  ask_along(line, bounding_radius(probe), GroundBudget(kRayGroundSectorsMax),
+  ask_along(line, radius, GroundBudget(kRayGroundSectorsMax),
             [&](const SectorWorld& world, const SectorPath::Place& place) {
               // From its start to its end, so that it is the same way for all sectors and servers.
               const std::optional<ProbeHit> hit =
                   world.sweep(probe, {place.from, pose.orientation}, direction, length, filter);
               // What a sector knows of beyond its part of the way, others say, whether it is asked or not.
-              if (hit && hit->distance >= place.stretch.begin - kSameHit)
+              if (hit && hit->distance >= place.stretch.begin - kSameHit &&
+                  counts(hit->body, line, radius, place, hit->distance))
                 take({hit->body, hit->distance, hit->normal}, first);
               return first ? first->distance : length;
             });
@@ -165,6 +181,7 @@ std::vector<NearBody> Queries::bodies_near(const Geometry& probe, const WorldPos
   absl::btree_map<BodyId, double> distances;
   ask_along(line, radius, GroundBudget(), [&](const SectorWorld& world, const SectorPath::Place& place) {
     for (const NearBody& near : world.near(probe, {place.from, pose.orientation}, reach, filter)) {
+      if (!counts(near.body, line, radius, place, 0)) continue;
       const auto [known, is_new] = distances.try_emplace(near.body, near.distance);
       if (!is_new) known->second = std::min(known->second, near.distance);
     }

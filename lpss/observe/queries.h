@@ -86,6 +86,8 @@ class Queries {
   };
 
   const SectorWorld* living_world(const SectorIndex& index);
+  bool counts(BodyId body, const WorldLine& line, double radius, const SectorPath::Place& place,
+              double distance) const;
   template <typename Ask>
   void ask_along(const WorldLine& line, double radius, GroundBudget budget, const Ask& ask);
   WorldLine line_from(const WorldPosition& origin, const Eigen::Vector3d& direction, double length) const;

@@ -48,8 +48,10 @@ class SectorPath {
   void for_each_around(const Visit& visit) {
     const Eigen::Vector3d start = line_.origin.local + line_.direction * begin_;
     const Eigen::Vector3d end = line_.origin.local + line_.direction * end_of_piece();
-    const auto first = [&](int axis) { return cell(std::min(start[axis], end[axis]) - reach_); };
-    const auto last = [&](int axis) { return cell(std::max(start[axis], end[axis]) + reach_); };
+    // look_at() decides; a border may be on either side of what is rounded.
+    const double around = reach_ + kRounding * size_;
+    const auto first = [&](int axis) { return cell(std::min(start[axis], end[axis]) - around); };
+    const auto last = [&](int axis) { return cell(std::max(start[axis], end[axis]) + around); };
     for (std::int64_t i = first(0); i <= last(0); ++i) {
       for (std::int64_t j = first(1); j <= last(1); ++j) {
         for (std::int64_t k = first(2); k <= last(2); ++k) look_at({i, j, k}, visit);
@@ -78,6 +80,8 @@ class SectorPath {
 
   double end_of_piece() const { return std::min({next_[0], next_[1], next_[2], line_.length}); }
   std::int64_t cell(double x) const { return static_cast<std::int64_t>(std::floor(x / size_ + 0.5)); }
+
+  static constexpr double kRounding = 1e-6;  // sectors; more than positions along a line are rounded by
 
   const WorldLine& line_;
   double reach_;
