@@ -1,15 +1,22 @@
 #include "lpss/programs/program.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 
 #include "lpss/grid/world_position.h"
 #include "lpss/model/body.h"
 #include "lpss/model/checks.h"
+#include "lpss/model/limits.h"
 
 namespace tessera {
 namespace {
 
 std::array<double, 3> array_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+// Acts are kept until the next tick, also in snapshots, which have finite numbers alone.
+constexpr absl::string_view kNotFinite = "what it does is not finite";
+bool are_finite(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.allFinite() && b.allFinite(); }
 
 }  // namespace
 
@@ -69,22 +76,29 @@ bool is_act(const Command& command) {
 }
 
 void Actor::push(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
+  if (!are_finite(force, torque)) return fail(kNotFinite);
   commands_.push_back(PushBody{senses_.body, {array_of(force), array_of(torque)}});
 }
 
 void Actor::push_awake(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
+  if (!are_finite(force, torque)) return fail(kNotFinite);
   commands_.push_back(ApplyForce{senses_.body, {array_of(force), array_of(torque)}});
 }
 
 void Actor::impulse(BodyId body, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) {
+  if (!are_finite(impulse, lever)) return fail(kNotFinite);
   commands_.push_back(ApplyImpulse{body, array_of(impulse), array_of(lever)});
 }
 
 void Actor::push_other(BodyId body, const Eigen::Vector3d& force) {
+  if (!are_finite(force, force)) return fail(kNotFinite);
   commands_.push_back(ApplyForce{body, {array_of(force), {}}});
 }
 
 void Actor::move_to(const Eigen::Vector3d& position) {
+  if (!are_finite(position, position)) return fail(kNotFinite);
+  if (position.cwiseAbs().maxCoeff() > kProgramCastMax)
+    return fail(absl::StrCat("it moves its body farther than ", kProgramCastMax, " m in a tick"));
   BodyState goal = senses_.state;
   goal.position = array_of(position);
   goal.velocities_before.reset();

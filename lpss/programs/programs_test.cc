@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
 
 #include "lpss/programs/registry.h"
 
@@ -33,6 +36,40 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
             "there is no program \"walker\"; there are: breaker, character, field, floater, imu, motorcycle, "
             "mover, "
             "pad, portal, thruster, tracks, vehicle, wander, wing");
+}
+
+// A snapshot, which has what programs do in the next tick, can be restored.
+TEST(Programs, AreStoppedForWhatASnapshotCannotHave) {
+  BodyProperties properties;
+  properties.motion = Motion::kKinematic;
+  const BodyState state;
+  const Senses senses{.body = BodyId{1},
+                      .properties = properties,
+                      .state = state,
+                      .gravity = Eigen::Vector3d::Zero(),
+                      .start = Eigen::Vector3d::Zero()};
+  const auto fault_of = [&](const auto& act) {
+    std::vector<Command> commands;
+    std::uint64_t wake_at = 0;
+    std::string fault;
+    Actor actor(senses, commands, wake_at, fault);
+    act(actor);
+    EXPECT_EQ(commands.empty(), !fault.empty());
+    return fault;
+  };
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d endless = Eigen::Vector3d::Constant(HUGE_VAL);
+  EXPECT_EQ(fault_of([&](Actor& actor) { actor.move_to({0, -1e4, 0}); }), "");
+  EXPECT_EQ(fault_of([&](Actor& actor) {
+              actor.move_to({0, -10001, 0});
+            }),
+            "it moves its body farther than 10000 m in a tick");
+  const std::string not_finite = "what it does is not finite";
+  EXPECT_EQ(fault_of([&](Actor& actor) { actor.move_to(endless); }), not_finite);
+  EXPECT_EQ(fault_of([&](Actor& actor) { actor.push(none, endless); }), not_finite);
+  EXPECT_EQ(fault_of([&](Actor& actor) { actor.push_awake(endless, none); }), not_finite);
+  EXPECT_EQ(fault_of([&](Actor& actor) { actor.push_other(BodyId{2}, endless); }), not_finite);
+  EXPECT_EQ(fault_of([&](Actor& actor) { actor.impulse(BodyId{2}, none, endless); }), not_finite);
 }
 
 TEST(Programs, NumbersOutOfBoundsAreRefused) {
