@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <bit>
 #include <limits>
 #include <span>
 #include <type_traits>
@@ -275,7 +276,8 @@ v1::Program to_proto(const ProgramRecord& record) {
   if (program == nullptr) return result;
   const auto add = [&](std::span<const double> numbers, std::span<const NumberSpec> table) {
     for (std::size_t n = 0; n < numbers.size() && n < table.size(); ++n) {
-      if (numbers[n] == table[n].first) continue;
+      // By their bits: 0 and -0 are two numbers.
+      if (std::bit_cast<std::uint64_t>(numbers[n]) == std::bit_cast<std::uint64_t>(table[n].first)) continue;
       v1::NamedNumber& number = *result.add_numbers();
       number.set_name(std::string(table[n].name));
       number.set_value(numbers[n]);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lpss/programs/registry.h"
 #include "proto/convert_counts.h"
 
 namespace tessera {
@@ -153,6 +154,17 @@ TEST(Convert, AWorldSurvivesBitForBit) {
   EXPECT_EQ(body.properties.mask, 0xfffffffeu);
   EXPECT_FALSE(body.properties.gravity);
   EXPECT_TRUE(back->bodies[1].properties.gravity);
+}
+
+// A message has those that differ from the first ones.
+TEST(Convert, NumbersOfProgramsSurviveBitForBit) {
+  ProgramRecord record = *new_program("character");
+  ASSERT_TRUE(set_number(record, "x", -0.0).ok() && set_number(record, "y", kThird).ok());
+  const absl::StatusOr<ProgramRecord> back = from_proto(to_proto(record));
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->inputs, record.inputs);
+  EXPECT_EQ(back->parameters, record.parameters);
+  EXPECT_TRUE(std::signbit(back->inputs[0]));
 }
 
 TEST(Convert, JointsSurviveBitForBit) {
