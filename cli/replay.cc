@@ -90,7 +90,7 @@ struct Section {
   v1::World world;
   SnapshotChunks snapshot;  // in the place of a world
   std::vector<v1::RecordedCommands> commands;
-  absl::btree_map<Tick, std::string> hashes;
+  absl::btree_map<Tick, v1::RecordedHash> hashes;
 };
 
 // The sections of a file, one at a time.
@@ -118,7 +118,7 @@ class SectionReader {
       if (!ahead_ || begins) return section;
       if (ahead_->has_snapshot()) section.snapshot.push_back(std::move(*ahead_->mutable_snapshot()));
       if (ahead_->has_commands()) section.commands.push_back(std::move(*ahead_->mutable_commands()));
-      if (ahead_->has_hash()) section.hashes[ahead_->hash().tick()] = ahead_->hash().hash();
+      if (ahead_->has_hash()) section.hashes[ahead_->hash().tick()] = ahead_->hash();
     }
   }
 
@@ -219,17 +219,21 @@ class Player {
     return absl::OkStatus();
   }
 
-  absl::Status compare(Tick tick, const std::string& recorded) {
+  absl::Status compare(Tick tick, const v1::RecordedHash& recorded) {
     if (absl::Status status = run_to(tick); !status.ok()) return status;
     v1::Request request;
     request.add_queries()->mutable_hash();
     const absl::StatusOr<v1::Reply> now = cluster_.template call<v1::Request, v1::Reply>(request);
     if (!now.ok()) return now.status();
-    const std::string& hash = now->results(0).hash().hash();
-    if (hash != recorded) {
-      return absl::AbortedError(absl::StrCat("tick ", tick, ": the world has the hash ", hash, ", and had ",
-                                             recorded, " when it was recorded"));
-    }
+    const v1::HashResult& hash = now->results(0).hash();
+    const auto differs = [tick](absl::string_view what, const std::string& is, const std::string& was) {
+      return absl::AbortedError(absl::StrCat("tick ", tick, ": ", what, " the hash ", is, ", and had ", was,
+                                             " when it was recorded"));
+    };
+    if (hash.hash() != recorded.hash()) return differs("the world has", hash.hash(), recorded.hash());
+    // Earlier recordings have none of programs.
+    if (!recorded.programs().empty() && hash.programs() != recorded.programs())
+      return differs("its programs have", hash.programs(), recorded.programs());
     ++report_.hashes;
     return absl::OkStatus();
   }

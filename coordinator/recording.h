@@ -66,6 +66,7 @@ inline v1::RecordedInput recorded(const TickSums& tick) {
   v1::RecordedInput input;
   input.mutable_hash()->set_tick(tick.tick);
   input.mutable_hash()->set_hash(tick.hash.to_string());
+  if (tick.programs != WorldHash()) input.mutable_hash()->set_programs(tick.programs.to_string());
   return input;
 }
 

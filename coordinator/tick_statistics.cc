@@ -119,6 +119,7 @@ std::optional<TickSums> TickStatistics::add(NodeId from, const v1::TickReport& r
   sums.work_us = std::max(sums.work_us, report.work_us());
   sums.counts += counts_from(report.counts());
   sums.hash.add(WorldHash(report.hash_low(), report.hash_high()));
+  sums.programs.add(WorldHash(report.programs_low(), report.programs_high()));
   for (const v1::Divergence& divergence : report.divergences()) {
     if (sums.divergences.size() >= kDivergencesKept * servers_at(report.tick())) break;
     sums.divergences.push_back(from_proto(divergence));

@@ -50,7 +50,8 @@ struct TickSums {
   Tick tick = 0;
   std::uint64_t work_us = 0;
   TickCounts counts;
-  WorldHash hash;  // empty unless the world hashes its ticks
+  WorldHash hash;      // empty unless the world hashes its ticks
+  WorldHash programs;  // likewise, of programs
   std::vector<NodeId> heard_from;
   std::vector<Divergence> divergences;  // the first ones of each server
 };

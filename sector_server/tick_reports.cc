@@ -29,6 +29,9 @@ void TickReports::add(Tick tick, const TickMachine& machine, const TickMeter::Ti
     const WorldHash hash = hash_of(machine.partition());
     last_.set_hash_low(hash.low());
     last_.set_hash_high(hash.high());
+    const WorldHash programs = program_hash_of(machine.partition());
+    last_.set_programs_low(programs.low());
+    last_.set_programs_high(programs.high());
   }
   waiting_.push_back(last_);
 }

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <string>
 
-#include "lpss/programs/program.h"
 #include "simulator/any_number.h"
+#include "simulator/any_program.h"
 #include "simulator/dice.h"
 #include "simulator/known_world.h"
 #include "tessera.pb.h"
@@ -47,9 +47,8 @@ class AnyMessage {
   void fill_model(v1::Model& model);
   void fill_body(v1::Body& body, v1::Model& model, double apart);
   void fill_properties(v1::BodyProperties& properties);
-  void fill_program(v1::Program& program, v1::Motion motion);
+  AnyProgram any_program();
   void fill_tell(v1::TellProgram& command);
-  void fill_numbers(const Program& program, google::protobuf::RepeatedPtrField<v1::NamedNumber>& numbers);
   void fill_shape(v1::Shape& shape, bool is_static);
   void fill_geometry(v1::Geometry& geometry, bool is_static);
   void fill_hull(v1::Geometry::ConvexHull& hull);

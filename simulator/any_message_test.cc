@@ -9,6 +9,10 @@
 #include "coordinator/asked_queries.h"
 #include "coordinator/command_list.h"
 #include "lpss/model/world_records.h"
+#include "lpss/programs/module.h"
+#include "lpss/programs/registry.h"
+#include "lpss/simulation/example_programs.h"
+#include "lpss/wasm/test_modules.h"
 #include "simulator/scenario.h"
 
 namespace tessera {
@@ -46,6 +50,41 @@ TEST_F(AnyMessages, EveryKindIsDrawn) {
   }
   EXPECT_EQ(commands.size(), kinds_of(*v1::Command::descriptor()));
   EXPECT_EQ(queries.size(), kinds_of(*v1::Query::descriptor()));
+}
+
+// Of programs that are built in, and of modules of the world.
+TEST_F(AnyMessages, EveryProgramIsDrawnAndMostAreTaken) {
+  const auto module = load_module(wasm::test_module(R"((module (memory 1) (func (export "run"))))"));
+  ASSERT_TRUE(module.ok()) << module.status();
+  WorldSettings settings = world_.settings;
+  settings.modules = {*module};
+  const WorldDescription crowd = crowd_world(settings);
+  known_.settings = settings;
+  known_.bodies.clear();
+  for (std::size_t n = 0; n < crowd.bodies.size(); ++n) {
+    known_.bodies.push_back({n + 1, crowd.bodies[n].name, v1::MOTION_DYNAMIC});
+    if (!crowd.bodies[n].programs.empty())
+      known_.programs.push_back({n + 1, 0, crowd.bodies[n].programs[0].kind});
+  }
+  std::set<std::string> drawn;
+  int tells = 0;
+  int taken = 0;
+  for (std::uint32_t seed = 0; seed < 4000; ++seed) {
+    Dice dice(seed, 1);
+    google::protobuf::RepeatedPtrField<v1::Command> list;
+    *list.Add() = AnyMessage(dice, known_, true).command();
+    for (const v1::Body& body : list[0].spawn().model().bodies()) {
+      for (const v1::Program& program : body.programs()) drawn.insert(program.kind());
+    }
+    if (!list[0].has_tell_program()) continue;
+    WorldRegistry registry(crowd, *records_of(crowd), *joint_records_of(crowd));
+    ++tells;
+    if (give(list, registry, 1).ok()) ++taken;
+  }
+  std::set<std::string> all = {(*module)->kind};
+  for (const Program* program : programs()) all.emplace(program->kind());
+  EXPECT_EQ(drawn, all);
+  EXPECT_GT(taken, tells * 9 / 10) << taken << " of " << tells;
 }
 
 // Most of what is to be valid is taken, and some of each kind, where the world has what it needs.

@@ -2,14 +2,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "lpss/joints/joint_form.h"
 #include "lpss/model/limits.h"
-#include "lpss/programs/registry.h"
 #include "proto/convert.h"
 #include "simulator/any_message.h"
 
@@ -17,7 +15,8 @@ namespace tessera {
 namespace {
 
 constexpr std::uint64_t kModelBodiesMax = 4;
-constexpr double kModelApart = 0.7;  // m, between bodies of a model
+constexpr std::uint64_t kProgramsMax = 3;  // of a body that has some
+constexpr double kModelApart = 0.7;        // m, between bodies of a model
 constexpr double kHugeNumber = 1e300;
 constexpr double kGainUsual = 1e4;
 
@@ -30,6 +29,13 @@ void AnyMessage::fill_model(v1::Model& model) {
   const std::uint64_t bodies = dice_.one_in(2) ? 1 : 1 + dice_.below(kModelBodiesMax);
   for (std::uint64_t n = 0; n < bodies; ++n) {
     fill_body(*model.add_bodies(), model, kModelApart * static_cast<double>(n));
+  }
+  AnyProgram program = any_program();
+  for (v1::Body& body : *model.mutable_bodies()) {
+    const v1::Motion motion = body.properties().motion();
+    if (is_known_static(motion) || !dice_.one_in(3)) continue;
+    for (std::uint64_t left = 1 + dice_.below(kProgramsMax); left > 0; --left)
+      *body.add_programs() = program.for_body(motion, bodies);
   }
   for (std::uint64_t child = 2; child <= bodies; ++child) {
     v1::Joint& joint = *model.add_joints();
@@ -67,41 +73,25 @@ void AnyMessage::fill_body(v1::Body& body, v1::Model& model, double apart) {
   }
   fill_quaternion(*body.mutable_pose()->mutable_orientation());
   if (is_known_static(properties.motion())) return;
-  if (dice_.one_in(3)) fill_program(*body.add_programs(), properties.motion());
   if (dice_.one_in(3)) fill_vector(*body.mutable_linear_velocity(), {-kSpeedMax / 2, kSpeedMax / 2});
   if (dice_.one_in(3))
     fill_vector(*body.mutable_angular_velocity(), {-kAngularSpeedMax / 2, kAngularSpeedMax / 2});
 }
 
-// Of any kind that suits such a body; the numbers that are bodies stay those of nobody.
-void AnyMessage::fill_program(v1::Program& program, v1::Motion motion) {
-  BodyProperties properties;
-  properties.motion = motion == v1::MOTION_KINEMATIC ? Motion::kKinematic : Motion::kDynamic;
-  std::vector<const Program*> suitable;
-  std::ranges::copy_if(programs(), std::back_inserter(suitable),
-                       [&](const Program* one) { return one->check(properties).ok(); });
-  const Program& of = *suitable[dice_.below(suitable.size())];
-  program.set_kind(std::string(of.kind()));
-  fill_numbers(of, *program.mutable_numbers());
+AnyProgram AnyMessage::any_program() {
+  return {dice_, world_, [this](const NumberSpec& spec) { return numbers_.within({spec.least, spec.most}); }};
 }
 
-// Whether the body has such a program, the world knows.
+// Most often, to a program that the world has.
 void AnyMessage::fill_tell(v1::TellProgram& command) {
-  fill_body_ref(*command.mutable_body());
-  if (!is_valid_ && dice_.one_in(4)) command.set_program(static_cast<std::uint32_t>(numbers_.count()));
-  fill_numbers(*programs()[dice_.below(programs().size())], *command.mutable_numbers());
-}
-
-void AnyMessage::fill_numbers(const Program& program,
-                              google::protobuf::RepeatedPtrField<v1::NamedNumber>& numbers) {
-  for (const auto table : {program.parameters(), program.inputs()}) {
-    for (const NumberSpec& spec : table) {
-      if (spec.unit == kBodyUnit || dice_.one_in(2)) continue;
-      v1::NamedNumber& number = *numbers.Add();
-      number.set_name(std::string(spec.name));
-      number.set_value(numbers_.within({spec.least, spec.most}));
-    }
+  AnyProgram program = any_program();
+  if (!world_.programs.empty() && (is_valid_ || !dice_.one_in(3))) {
+    command = program.told();
+  } else {
+    fill_body_ref(*command.mutable_body());
+    program.tell_any(*command.mutable_numbers());
   }
+  if (!is_valid_ && dice_.one_in(4)) command.set_program(static_cast<std::uint32_t>(numbers_.count()));
 }
 
 // The inertia is that of a ball of some size, or flatter.

@@ -87,8 +87,12 @@ absl::Status Workload::look_around(SimulatedCluster& cluster) {
   v1::Request request;
   request.add_queries()->mutable_find_bodies();
   request.add_queries()->mutable_find_joints();
+  request.add_queries()->mutable_programs();
   const absl::StatusOr<v1::Reply> reply = cluster.call<v1::Request, v1::Reply>(std::move(request));
-  if (reply.ok()) known_.learn(reply->results(0).find_bodies(), reply->results(1).find_joints());
+  if (reply.ok()) {
+    known_.learn(reply->results(0).find_bodies(), reply->results(1).find_joints(),
+                 reply->results(2).programs());
+  }
   return is_answer(reply.status()) ? absl::OkStatus() : reply.status();
 }
 

@@ -64,7 +64,7 @@ class Playback {
     simulation_->step(std::exchange(commands_, {}));
   }
   Tick tick() const { return simulation_->tick(); }
-  std::string hash() const { return simulation_->hash().to_string(); }
+  TickHashes hashes() const { return hashes_of(*simulation_); }
 
  private:
   Playback(WorldRegistry registry, std::unique_ptr<Simulation> simulation,
@@ -77,9 +77,14 @@ class Playback {
   std::vector<Command> commands_;
 };
 
-absl::Status other_bits(Tick tick, const std::string& cluster, const std::string& alone) {
-  return absl::AbortedError(
-      absl::StrCat("tick ", tick, ": the cluster has the hash ", cluster, ", one process ", alone));
+absl::Status compare(Tick tick, const TickHashes& cluster, const TickHashes& alone) {
+  const auto other = [tick](absl::string_view of, const std::string& there, const std::string& here) {
+    return absl::AbortedError(
+        absl::StrCat("tick ", tick, ": the cluster has the hash ", there, of, ", one process ", here));
+  };
+  if (cluster.world != alone.world) return other("", cluster.world, alone.world);
+  if (cluster.programs != alone.programs) return other(" of programs", cluster.programs, alone.programs);
+  return absl::OkStatus();
 }
 
 absl::Status too_long(Tick tick, std::chrono::nanoseconds taken, std::chrono::nanoseconds most,
@@ -93,9 +98,20 @@ absl::Status too_long(Tick tick, std::chrono::nanoseconds taken, std::chrono::na
 
 }  // namespace
 
+TickHashes hashes_of(const Simulation& simulation) {
+  const WorldHash programs = simulation.program_hash();
+  return {simulation.hash().to_string(), programs == WorldHash() ? "" : programs.to_string()};
+}
+
 absl::StatusOr<std::string> Checker::untouched_hash(Tick tick) {
-  std::string& hash = untouched_hashes_[tick];
-  if (!hash.empty()) return hash;
+  const absl::StatusOr<TickHashes> hashes = untouched(tick);
+  if (!hashes.ok()) return hashes.status();
+  return hashes->world;
+}
+
+absl::StatusOr<TickHashes> Checker::untouched(Tick tick) {
+  TickHashes& hashes = untouched_hashes_[tick];
+  if (!hashes.world.empty()) return hashes;
   if (!untouched_ || untouched_->tick() > tick) {
     absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world_);
     if (!simulation.ok()) return simulation.status();
@@ -105,32 +121,35 @@ absl::StatusOr<std::string> Checker::untouched_hash(Tick tick) {
     if (is_ended_()) return absl::CancelledError("interrupted");
     untouched_->step();
   }
-  return hash = untouched_->hash().to_string();
+  return hashes = hashes_of(*untouched_);
 }
 
 absl::Status Checker::check(std::span<const v1::RecordedInput> log, const SnapshotChunks* from) {
   bool has_commands = false;
-  absl::btree_map<Tick, std::string> hashes;  // may arrive after commands of later ticks
+  absl::btree_map<Tick, TickHashes> hashes;  // may arrive after commands of later ticks
   for (const v1::RecordedInput& input : log) {
     has_commands |= input.has_commands();
     if (!input.has_hash()) continue;
-    const auto [place, is_new] = hashes.try_emplace(input.hash().tick(), input.hash().hash());
-    if (!is_new && place->second != input.hash().hash()) {
-      return absl::AbortedError(absl::StrCat("tick ", input.hash().tick(), " has the hash ", place->second,
-                                             ", and later ", input.hash().hash()));
+    const TickHashes now{input.hash().hash(), input.hash().programs()};
+    const auto [place, is_new] = hashes.try_emplace(input.hash().tick(), now);
+    if (!is_new && place->second != now) {
+      const TickHashes& before = place->second;
+      return absl::AbortedError(absl::StrCat("tick ", input.hash().tick(), " has the hash ", before.world,
+                                             " (of programs: ", before.programs, "), and later ", now.world,
+                                             " (", now.programs, ")"));
     }
   }
   if (has_commands || from != nullptr) return play(log, hashes, from);
   for (const auto& [tick, hash] : hashes) {
-    const absl::StatusOr<std::string> alone = untouched_hash(tick);
+    const absl::StatusOr<TickHashes> alone = untouched(tick);
     if (!alone.ok()) return alone.status();
-    if (*alone != hash) return other_bits(tick, hash, *alone);
+    if (absl::Status same = compare(tick, hash, *alone); !same.ok()) return same;
   }
   return absl::OkStatus();
 }
 
 absl::Status Checker::play(std::span<const v1::RecordedInput> log,
-                           const absl::btree_map<Tick, std::string>& hashes, const SnapshotChunks* from) {
+                           const absl::btree_map<Tick, TickHashes>& hashes, const SnapshotChunks* from) {
   absl::StatusOr<Playback> playback = from == nullptr ? Playback::create(world_) : Playback::create(*from);
   if (!playback.ok()) return playback.status();
   auto next = log.begin();
@@ -153,7 +172,7 @@ absl::Status Checker::play(std::span<const v1::RecordedInput> log,
       if (tick_work_max_.count() > 0 && taken > tick_work_max_)
         return too_long(playback->tick(), taken, tick_work_max_, commands);
     }
-    if (std::string alone = playback->hash(); alone != hash) return other_bits(tick, hash, alone);
+    if (absl::Status same = compare(tick, hash, playback->hashes()); !same.ok()) return same;
   }
   return absl::OkStatus();
 }

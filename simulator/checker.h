@@ -19,6 +19,15 @@
 
 namespace tessera {
 
+// After a tick.
+struct TickHashes {
+  std::string world;
+  std::string programs;  // empty: there are none
+  friend bool operator==(const TickHashes&, const TickHashes&) = default;
+};
+
+TickHashes hashes_of(const Simulation& simulation);
+
 class Checker {
  public:
   explicit Checker(const WorldDescription& world) : world_(world) {}
@@ -40,14 +49,15 @@ class Checker {
   std::chrono::nanoseconds longest_tick() const { return longest_tick_; }
 
  private:
-  absl::Status play(std::span<const v1::RecordedInput> log, const absl::btree_map<Tick, std::string>& hashes,
+  absl::StatusOr<TickHashes> untouched(Tick tick);
+  absl::Status play(std::span<const v1::RecordedInput> log, const absl::btree_map<Tick, TickHashes>& hashes,
                     const SnapshotChunks* from);
 
   WorldDescription world_;
   std::chrono::nanoseconds tick_work_max_{0};
   std::chrono::nanoseconds longest_tick_{0};
   std::unique_ptr<Simulation> untouched_;
-  absl::flat_hash_map<Tick, std::string> untouched_hashes_;
+  absl::flat_hash_map<Tick, TickHashes> untouched_hashes_;
   std::function<bool()> is_ended_ = [] { return false; };
 };
 

@@ -27,10 +27,17 @@ struct KnownWorld {
     std::uint64_t child = 0;
   };
 
+  struct ProgramOf {
+    std::uint64_t body = 0;
+    std::uint32_t place = 0;  // on the body
+    std::string kind;
+  };
+
   WorldSettings settings;
   std::vector<WorldPosition> places;  // where something is, or was
   std::vector<Body> bodies;           // ascending by id
   std::vector<Joint> joints;          // likewise
+  std::vector<ProgramOf> programs;    // ascending by body and place
 
   std::vector<std::uint64_t> bodies_that_are(v1::Motion motion) const {
     std::vector<std::uint64_t> ids;
@@ -41,9 +48,11 @@ struct KnownWorld {
   }
 
   // All of it, as the cluster has answered.
-  void learn(const v1::FoundBodies& found_bodies, const v1::FoundJoints& found_joints) {
+  void learn(const v1::FoundBodies& found_bodies, const v1::FoundJoints& found_joints,
+             const v1::FoundPrograms& found_programs) {
     bodies.clear();
     joints.clear();
+    programs.clear();
     for (const auto& body : found_bodies.bodies())
       bodies.push_back({body.id(), body.name(), body.properties().motion()});
     for (const auto& joint : found_joints.joints()) {
@@ -51,6 +60,8 @@ struct KnownWorld {
       joints.push_back(
           {joint.id(), joint.joint().name(), properties.type(), properties.parent(), properties.child()});
     }
+    for (const auto& program : found_programs.programs())
+      programs.push_back({program.body(), program.program(), program.kind()});
   }
 };
 

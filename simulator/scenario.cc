@@ -67,11 +67,14 @@ absl::Status check_snapshots(const std::vector<SnapshotChunks>& snapshots,
     const auto restored = Simulation::restore(snapshot->world);
     if (!restored.ok()) return broken(restored.status());
     const Tick tick = (*restored)->tick();
-    const std::string hash = (*restored)->hash().to_string();
+    const TickHashes hashes = hashes_of(**restored);
     for (const v1::RecordedInput& input : log) {
-      if (!input.has_hash() || input.hash().tick() != tick || input.hash().hash() == hash) continue;
-      return absl::AbortedError(absl::StrCat("a snapshot of tick ", tick, " has the hash ", hash,
-                                             ", the world ", input.hash().hash()));
+      if (!input.has_hash() || input.hash().tick() != tick) continue;
+      const TickHashes world{input.hash().hash(), input.hash().programs()};
+      if (world == hashes) continue;
+      return absl::AbortedError(absl::StrCat("a snapshot of tick ", tick, " has the hash ", hashes.world,
+                                             " (of programs: ", hashes.programs, "), the world ", world.world,
+                                             " (", world.programs, ")"));
     }
   }
   return absl::OkStatus();
@@ -307,6 +310,7 @@ absl::Status ScenarioRunner::check(const Scenario& scenario, SimulatedCluster& c
   v1::RecordedHash& last = *histories.back().hashes.emplace_back().mutable_hash();
   last.set_tick(hash->tick);
   last.set_hash(hash->hash);
+  last.set_programs(hash->programs);
   for (WorldHistory& history : histories) {
     coverage.lists += history.stored.size();
     coverage.snapshots += history.snapshots.size();

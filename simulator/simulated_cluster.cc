@@ -335,7 +335,8 @@ absl::StatusOr<SimulatedCluster::HashAt> SimulatedCluster::hash() {
   request.add_queries()->mutable_hash();
   const absl::StatusOr<v1::Reply> reply = call<v1::Request, v1::Reply>(std::move(request));
   if (!reply.ok()) return reply.status();
-  return HashAt{reply->tick(), reply->results(0).hash().hash()};
+  const v1::HashResult& result = reply->results(0).hash();
+  return HashAt{reply->tick(), result.hash(), result.programs()};
 }
 
 absl::StatusOr<v1::StatusReply> SimulatedCluster::status() {

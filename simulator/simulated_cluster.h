@@ -83,6 +83,7 @@ class SimulatedCluster {
   struct HashAt {
     Tick tick = 0;
     std::string hash;
+    std::string programs;  // their hash; empty: there are none
   };
   absl::StatusOr<HashAt> hash();
   absl::StatusOr<v1::StatusReply> status();

@@ -23,8 +23,9 @@ constexpr std::size_t kSnapshotsMax = 3;
 constexpr double kApart = 0.7;  // m, between two new bodies with a joint
 constexpr std::uint64_t kSnapshotEvery = 10;
 constexpr std::uint64_t kListMax = 5;
-constexpr std::uint64_t kDataMax = 40;  // bytes
-constexpr int kTriesMax = 20;           // of a request whose coordinator is lost
+constexpr std::uint64_t kNewProgramsMax = 2;  // of a new body
+constexpr std::uint64_t kDataMax = 40;     // bytes
+constexpr int kTriesMax = 20;              // of a request whose coordinator is lost
 constexpr std::uint64_t kEventsBetweenTries = 50;
 
 v1::BodyRef by_id(std::uint64_t id) {
@@ -46,12 +47,18 @@ Workload::Workload(std::uint64_t seed, const WorldDescription& world, bool has_e
     known_.bodies.push_back({i + 1, world.bodies[i].name, v1::MOTION_DYNAMIC});
     known_.places.push_back(world.bodies[i].pose.position);
   }
+  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+    for (std::uint32_t place = 0; place < world.bodies[i].programs.size(); ++place)
+      known_.programs.push_back({i + 1, place, world.bodies[i].programs[place].kind});
+  }
+  has_programs_ = !known_.programs.empty();
   if (known_.places.empty()) known_.places.push_back({world.anchor, Eigen::Vector3d::Zero()});
 }
 
 void Workload::begin_world() {
   known_.bodies.clear();
   known_.joints.clear();
+  known_.programs.clear();
 }
 
 absl::Status Workload::give(std::uint32_t place, SimulatedCluster& cluster) {
@@ -69,6 +76,7 @@ void Workload::add_command(v1::Request& request) {
   static constexpr Add kOnBodies[] = {
       &Workload::push,        &Workload::set_velocity, &Workload::apply_force,    &Workload::teleport,
       &Workload::remove_body, &Workload::burst,        &Workload::set_properties, &Workload::set_force};
+  if (!known_.programs.empty() && dice_.one_in(4)) return tell(request);
   constexpr std::uint64_t kKinds = std::size(kOnBodies) + 5;
   const std::uint64_t kind = dice_.below(kKinds);
   const bool has_pairs = std::ranges::any_of(known_.joints, is_pair);
@@ -118,8 +126,11 @@ void Workload::take(const v1::Request& request, const v1::Applied& applied) {
     if (!command.has_spawn()) continue;
     const v1::Model& model = command.spawn().model();
     for (std::uint64_t n = 0; n < created.bodies(); ++n) {
-      const v1::Motion motion = model.bodies(static_cast<int>(n)).properties().motion();
-      known_.bodies.push_back({created.first_body() + n, "", motion});
+      const v1::Body& body = model.bodies(static_cast<int>(n));
+      const std::uint64_t id = created.first_body() + n;
+      known_.bodies.push_back({id, "", body.properties().motion()});
+      for (int place = 0; place < body.programs_size(); ++place)
+        known_.programs.push_back({id, static_cast<std::uint32_t>(place), body.programs(place).kind()});
     }
     for (std::uint64_t n = 0; n < created.joints(); ++n) {
       const v1::JointProperties& joint = model.joints(static_cast<int>(n)).properties();
@@ -134,6 +145,7 @@ void Workload::forget_body(std::uint64_t id) {
   std::erase_if(known_.bodies, [id](const KnownWorld::Body& body) { return body.id == id; });
   std::erase_if(known_.joints,
                 [id](const KnownWorld::Joint& joint) { return joint.parent == id || joint.child == id; });
+  std::erase_if(known_.programs, [id](const KnownWorld::ProgramOf& program) { return program.body == id; });
 }
 
 // The joint of one.
@@ -170,11 +182,31 @@ v1::Body Workload::any_body(Motion motion, v1::Model& model) {
   return message;
 }
 
+AnyProgram Workload::any_program() {
+  return {dice_, known_, [this](const NumberSpec& spec) { return usual_number(dice_, spec); }};
+}
+
+// In worlds that have some.
+void Workload::add_programs(v1::Model& model) {
+  if (!has_programs_) return;
+  AnyProgram program = any_program();
+  const auto bodies = static_cast<std::uint64_t>(model.bodies_size());
+  for (v1::Body& body : *model.mutable_bodies()) {
+    for (std::uint64_t left = dice_.below(kNewProgramsMax + 1); left > 0; --left)
+      *body.add_programs() = program.for_body(body.properties().motion(), bodies);
+  }
+}
+
+void Workload::tell(v1::Request& request) {
+  *request.add_commands()->mutable_tell_program() = any_program().told();
+}
+
 void Workload::spawn(v1::Request& request, const WorldPosition& place, Motion motion) {
   v1::Model& model = *request.add_commands()->mutable_spawn()->mutable_model();
   v1::Body body = any_body(motion, model);
   *body.mutable_pose()->mutable_position() = to_proto(place);
   *model.add_bodies() = std::move(body);
+  add_programs(model);
 }
 
 // Two bodies with a joint, as a model.
@@ -195,6 +227,7 @@ void Workload::spawn_pair(v1::Request& request) {
   joint.properties.in_parent.position = across / 2;
   joint.properties.in_child.position = -across / 2;
   *model.add_joints() = to_proto(joint);
+  add_programs(model);
 }
 
 void Workload::place_pair(v1::Request& request) {

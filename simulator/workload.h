@@ -1,7 +1,7 @@
 // Random requests of clients, drawn from a seed. By default, all are valid, and clients wait for each answer:
-// bodies are spawned, removed, pushed, moved, changed and joined, one by one and in lists. With extremes,
-// commands and queries are of every kind there is, with fields up to their bounds and beyond, and some
-// clients do not wait.
+// bodies are spawned, removed, pushed, moved, changed and joined, one by one and in lists; in worlds with
+// programs, they have programs of every kind, which are told something. With extremes, commands and queries
+// are of every kind there is, with fields up to their bounds and beyond, and some clients do not wait.
 #pragma once
 
 #include <absl/status/status.h>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "lpss/model/world_description.h"
+#include "simulator/any_program.h"
 #include "simulator/dice.h"
 #include "simulator/known_world.h"
 #include "simulator/simulated_cluster.h"
@@ -75,6 +76,9 @@ class Workload {
   void apply_force(v1::Request& request);
   void teleport(v1::Request& request);
   void set_target(v1::Request& request);
+  void tell(v1::Request& request);
+  AnyProgram any_program();
+  void add_programs(v1::Model& model);
   Sent post(SimulatedCluster& cluster, const v1::Request& request);
   void post_again(SimulatedCluster& cluster, Sent& sent);
   absl::Status send(SimulatedCluster& cluster, const v1::Request& request);
@@ -96,7 +100,8 @@ class Workload {
   const std::uint64_t session_;
   std::uint64_t last_number_ = 0;
   KnownWorld known_;
-  std::vector<Sent> sent_;  // that are not waited for
+  bool has_programs_ = false;  // the world, from the start
+  std::vector<Sent> sent_;     // that are not waited for
   std::vector<SnapshotChunks> snapshots_;
   WorkloadCounts counts_;
 };

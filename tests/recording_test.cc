@@ -1,4 +1,7 @@
 // Replaying recorded inputs gives the same bits, on any number of servers.
+#include <functional>
+
+#include "lpss/programs/registry.h"
 #include "proto/recording_file.h"
 #include "tests/cluster_fixture.h"
 
@@ -102,7 +105,9 @@ TEST_F(RecordingTest, EveryWorldIsPlayedAndTheFirstDifferenceTold) {
     ASSERT_THAT(client.load(read_world("falling.sdf")).status(), IsOk());
     ASSERT_THAT(client.step(10, kPatience).status(), IsOk());
     ASSERT_THAT(client.load(flat_world(10), true).status(), IsOk());
-    ASSERT_THAT(client.spawn(solid("crate", box(1, 1, 1), 123.25, {{0, 0, 0}, {0, 0, 3}})).status(), IsOk());
+    NewBody crate = solid("crate", box(1, 1, 1), 123.25, {{0, 0, 0}, {0, 0, 3}});
+    crate.body.programs = {*new_program("imu")};
+    ASSERT_THAT(client.spawn(crate).status(), IsOk());
     ASSERT_THAT(client.step(20, kPatience).status(), IsOk());
     // Answers come in order: after this one, that of the last tick has arrived.
     ASSERT_THAT(client.hash().status(), IsOk());
@@ -115,18 +120,29 @@ TEST_F(RecordingTest, EveryWorldIsPlayedAndTheFirstDifferenceTold) {
   EXPECT_THAT(played.output, HasSubstr("flat: 1 commands, 20 ticks"));
   EXPECT_THAT(played.output, HasSubstr("all 30 that have one"));
 
-  RecordingReader reader = RecordingReader::open(file()).value();
   const std::filesystem::path other = folder_ / "other.rec";
-  {
-    RecordingWriter writer = RecordingWriter::create(other).value();
-    while (std::optional<v1::RecordedInput> input = reader.next().value()) {
-      if (input->hash().tick() == 7) input->mutable_hash()->set_hash(std::string(32, '0'));
-      ASSERT_THAT(writer.write(*input), IsOk());
+  const auto played_with = [&](const std::function<void(v1::RecordedHash&)>& change) {
+    RecordingReader reader = RecordingReader::open(file()).value();
+    std::filesystem::remove(other);
+    {
+      RecordingWriter writer = RecordingWriter::create(other).value();
+      while (std::optional<v1::RecordedInput> input = reader.next().value()) {
+        if (input->has_hash()) change(*input->mutable_hash());
+        EXPECT_THAT(writer.write(*input), IsOk());
+      }
     }
-  }
-  const Outcome differs = run_tessera({"replay", other.string()});
+    return run_tessera({"replay", other.string()});
+  };
+  const Outcome differs = played_with([](v1::RecordedHash& hash) {
+    if (hash.tick() == 7) hash.set_hash(std::string(32, '0'));
+  });
   EXPECT_EQ(differs.code, 1);
   EXPECT_THAT(differs.output, HasSubstr("tick 7: the world has the hash"));
+  const Outcome thinks = played_with([](v1::RecordedHash& hash) {
+    if (hash.tick() == 15 && !hash.programs().empty()) hash.set_programs(std::string(32, '0'));
+  });
+  EXPECT_EQ(thinks.code, 1);
+  EXPECT_THAT(thinks.output, HasSubstr("tick 15: its programs have the hash"));
 
   std::filesystem::resize_file(file(), std::filesystem::file_size(file()) - 5);
   const Outcome cut = run_tessera({"replay", file().string()});

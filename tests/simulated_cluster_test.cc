@@ -6,6 +6,7 @@
 // command that repeats it; with TESSERA_SEED=N every test uses only seed N.
 #include "simulator/simulated_cluster.h"
 
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "lpss/base/invariant.h"
+#include "lpss/programs/module.h"
 #include "lpss/simulation/example_programs.h"
 #include "simulator/scenario.h"
 
@@ -132,21 +135,33 @@ TEST_F(Scenarios, NorDoesTheLossOfMostServers) {
   expect_all_right(20, {.commands = 10, .faults = some({{FaultKind::kCrash, 6}})});
 }
 
-// Programs are as safe from loss as bodies: commands of clients meet theirs.
+// A crowd, and balls that flee it by a program in WebAssembly.
+WorldDescription crowd_with_balls() {
+  constexpr int kBalls = 8;
+  const auto module = load_module_file(TESSERA_OWN_WORLDS "/programs/flee.wasm");
+  invariant(module.ok(), "the module of worlds/flee.sdf can be read");
+  WorldSettings settings;
+  settings.sector_size = 8;
+  settings.modules = {*module};
+  WorldBuilder builder(settings);
+  builder.world() = crowd_world(settings);
+  const ShapeId ball = builder.shape(Sphere{0.3});
+  for (int n = 0; n < kBalls; ++n) {
+    const double hunter = 3 + 2 * n;  // the floor and the lift are first
+    builder.add(absl::StrCat("ball", n), ball, 2, {2.0 * n - 7, 5.0 - 3 * (n % 3), 0.3})
+        .programs.push_back(example_program("flee", {{"from", hunter}}));
+  }
+  return builder.world();
+}
+
+// Programs are as safe from loss as bodies. Clients spawn bodies with programs of every kind, and tell them.
 class ProgramScenarios : public Scenarios {
  protected:
-  ProgramScenarios() : Scenarios(crowd_world(small_sectors())) {}
-
- private:
-  static WorldSettings small_sectors() {
-    WorldSettings settings;
-    settings.sector_size = 8;
-    return settings;
-  }
+  ProgramScenarios() : Scenarios(crowd_with_balls()) {}
 };
 
 TEST_F(ProgramScenarios, FaultsChangeNothing) {
-  expect_all_right(290, {.commands = 15,
+  expect_all_right(290, {.commands = 20,
                          .faults = some({{FaultKind::kLastingCut, 1},
                                          {FaultKind::kCut, 1},
                                          {FaultKind::kCrash, 1},
@@ -154,6 +169,28 @@ TEST_F(ProgramScenarios, FaultsChangeNothing) {
                                          {FaultKind::kJoin, 1},
                                          {FaultKind::kDrain, 1}})});
   expect_all_right(10, {.links = true, .commands = 10, .faults = some({{FaultKind::kCrash, 1}})});
+}
+
+// A difference that no body shows is found, at its tick.
+TEST(ProgramHashes, AreComparedAfterEveryTick) {
+  std::vector<v1::RecordedInput> log;
+  SimulatedCluster cluster(1, 2, Precision::kFloat32, {.inputs = [&](const v1::RecordedInput& input) {
+                             if (input.has_hash()) log.push_back(input);
+                           }});
+  ASSERT_TRUE(cluster.load(crowd_with_balls()).ok());
+  ASSERT_TRUE(cluster.step(5).ok());
+  ASSERT_TRUE(cluster.hash().ok());  // by then, that of the last tick has arrived
+  ASSERT_EQ(log.size(), 5u);
+  Checker checker(crowd_with_balls());
+  EXPECT_TRUE(checker.check(log).ok()) << checker.check(log);
+  log[2].mutable_hash()->set_programs(std::string(32, '0'));
+  EXPECT_THAT(
+      std::string(checker.check(log).message()),
+      ::testing::StartsWith("tick 3: the cluster has the hash 00000000000000000000000000000000 of programs"));
+}
+
+TEST_F(ProgramScenarios, NorDoRequestsOfEveryKind) {
+  expect_same_right(20, {.commands = 40, .extremes = true, .faults = some({{FaultKind::kCrash, 1}})});
 }
 
 TEST_F(Scenarios, CrashesOfTheCoordinatorChangeNothing) {

@@ -1,0 +1,73 @@
+#include "simulator/any_program.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "lpss/programs/registry.h"
+
+namespace tessera {
+namespace {
+
+constexpr double kUsuallyNear = 1;  // most numbers are no farther from what they are at first
+constexpr double kNowAndThen = 30;
+
+}  // namespace
+
+AnyProgram::AnyProgram(Dice& dice, const KnownWorld& world, Number number)
+    : dice_(dice), world_(world), number_(std::move(number)), kinds_(programs().begin(), programs().end()) {
+  for (const auto& module : world.settings.modules) kinds_.push_back(find_program(module->kind));
+}
+
+v1::Program AnyProgram::for_body(v1::Motion motion, std::uint64_t bodies) {
+  BodyProperties properties;
+  properties.motion = motion == v1::MOTION_KINEMATIC ? Motion::kKinematic : Motion::kDynamic;
+  std::vector<const Program*> suitable;
+  std::ranges::copy_if(kinds_, std::back_inserter(suitable),
+                       [&](const Program* one) { return one->check(properties).ok(); });
+  const Program& kind = *suitable[dice_.below(suitable.size())];
+  v1::Program program;
+  program.set_kind(std::string(kind.kind()));
+  fill(
+      kind, [&] { return dice_.below(bodies + 1); }, *program.mutable_numbers());
+  return program;
+}
+
+v1::TellProgram AnyProgram::told() {
+  const KnownWorld::ProgramOf& known = world_.programs[dice_.below(world_.programs.size())];
+  v1::TellProgram told;
+  told.mutable_body()->set_id(known.body);
+  told.set_program(known.place);
+  if (const Program* const kind = find_program(known.kind))
+    fill(
+        *kind, [this] { return known_body(); }, *told.mutable_numbers());
+  return told;
+}
+
+void AnyProgram::tell_any(Numbers& numbers) {
+  fill(
+      *kinds_[dice_.below(kinds_.size())], [this] { return known_body(); }, numbers);
+}
+
+std::uint64_t AnyProgram::known_body() {
+  if (world_.bodies.empty() || dice_.one_in(8)) return 0;
+  return world_.bodies[dice_.below(world_.bodies.size())].id;
+}
+
+void AnyProgram::fill(const Program& program, const std::function<std::uint64_t()>& body, Numbers& numbers) {
+  for (const auto table : {program.parameters(), program.inputs()}) {
+    for (const NumberSpec& spec : table) {
+      if (dice_.one_in(2)) continue;
+      v1::NamedNumber& number = *numbers.Add();
+      number.set_name(std::string(spec.name));
+      number.set_value(spec.unit == kBodyUnit ? static_cast<double>(body()) : number_(spec));
+    }
+  }
+}
+
+double usual_number(Dice& dice, const NumberSpec& spec) {
+  const double far = dice.one_in(4) ? kNowAndThen : kUsuallyNear;
+  return std::clamp(spec.first * dice.between(0.5, 1.5) + dice.between(-far, far), spec.least, spec.most);
+}
+
+}  // namespace tessera
