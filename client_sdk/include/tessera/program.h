@@ -5,12 +5,18 @@
  * A module describes its program with TESSERA_PROGRAM, and exports run() and, where it has questions, ask().
  * All lengths are in m, angles in rad, times in s; vectors are along the world's axes, and positions are
  * relative to the centre of the sector in which the body lives. Nothing but its values lasts from call to
- * call: variables begin anew in each. */
+ * call: variables begin anew in each. With tessera/program_test.h, a program is tested where it is written.
+ */
 #ifndef TESSERA_PROGRAM_H
 #define TESSERA_PROGRAM_H
 
+#ifdef __wasm__
 #define TESSERA_IMPORT(name) __attribute__((import_module("tessera"), import_name(#name)))
 #define TESSERA_EXPORT(name) __attribute__((export_name(#name)))
+#else
+#define TESSERA_IMPORT(name)
+#define TESSERA_EXPORT(name)
+#endif
 
 /* Once, with string literals: lines that end with \n. A unit may be empty.
  *   program | name | summary
@@ -18,7 +24,11 @@
  *   parameter | name | unit | first | least | most | meaning
  *   input | name | unit | first | least | most | meaning
  *   value | name | unit | first | meaning */
+#ifdef __wasm__
 #define TESSERA_PROGRAM(lines) __asm__(".section .custom_section.tessera,\"\",@\n.ascii " #lines "\n.text\n")
+#else
+#define TESSERA_PROGRAM(lines) const char* const tessera_program_lines = lines
+#endif
 
 /* --- What an instance knows, in ask() and run() --- */
 
