@@ -213,7 +213,7 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::Spawn& spa
     BodyRecord& record = (*records)[n];
     record.id = BodyId{first.value + n};
     record.properties.shape = model->bodies[n].properties.shape;
-    for (ProgramRecord& program : record.programs) move_bodies(program, first.value - 1);
+    for (ProgramRecord& program : record.programs) move_ids(program, first.value - 1, first_joint.value - 1);
     insert(record.id, model->bodies[n].name, record.properties, tags_of(model->bodies[n], owner));
     undo_.add([this, id = record.id] {
       const auto body = bodies_.find(id);

@@ -99,6 +99,11 @@ template <typename Archive, Is<JointRecord> T>
 void describe(Archive& archive, T& x) {
   archive(x.id, x.properties, x.parent_motion, x.drives, x.loads);
 }
+template <typename Archive, Is<JointSide> T>
+void describe(Archive& archive, T& x) {
+  archive(x.pose, x.linear_velocity.x(), x.linear_velocity.y(), x.linear_velocity.z(), x.angular_velocity.x(),
+          x.angular_velocity.y(), x.angular_velocity.z());
+}
 template <typename Archive, Is<JointTie> T>
 void describe(Archive& archive, T& x) {
   archive(x.id, x.parent, x.child, x.parent_motion, x.bodies_collide);
@@ -224,7 +229,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<ProgramAsk> T>
 void describe(Archive& archive, T& x) {
-  archive(x.kind, x.body, x.sector, x.origin, x.direction, x.length, x.radius, x.mask);
+  archive(x.kind, x.body, x.joint, x.sector, x.origin, x.direction, x.length, x.radius, x.mask);
 }
 template <typename Archive, Is<ProgramAsks> T>
 void describe(Archive& archive, T& x) {
@@ -233,11 +238,15 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<ProgramFinding> T>
 void describe(Archive& archive, T& x) {
   archive(x.ask, x.body, x.motion, x.distance, x.normal, x.point, x.velocity, x.impulse, x.position,
-          x.rotation, x.mass, x.is_held, x.joint, x.is_child, x.loads);
+          x.rotation, x.mass, x.is_held);
+}
+template <typename Archive, Is<JointPart> T>
+void describe(Archive& archive, T& x) {
+  archive(x.ask, x.joint, x.record, x.parent, x.child);
 }
 template <typename Archive, Is<ProgramAnswers> T>
 void describe(Archive& archive, T& x) {
-  archive(x.findings);
+  archive(x.findings, x.joints);
 }
 template <typename Archive, Is<ProgramAct> T>
 void describe(Archive& archive, T& x) {

@@ -265,9 +265,11 @@ TEST(Wire, RoundsSurviveBitForBit) {
       some_shipment(),
       Motions{"motions"},
       some_solution(),
-      ProgramAsks{
-          true, false, {{ProgramAsk::kInside, BodyId{1}, {1, 2, 3}, {4, 5, 6}, {0, 0, 1}, 7, 0.5, 3}}},
-      ProgramAnswers{{{1, BodyId{2}, Motion::kKinematic, 3, {0, 0, 1}, {4, 5, 6}, {7, 8, 9}}}},
+      ProgramAsks{true,
+                  false,
+                  {{ProgramAsk::kInside, BodyId{1}, JointId{2}, {1, 2, 3}, {4, 5, 6}, {0, 0, 1}, 7, 0.5, 3}}},
+      ProgramAnswers{{{1, BodyId{2}, Motion::kKinematic, 3, {0, 0, 1}, {4, 5, 6}, {7, 8, 9}}},
+                     {{1, JointId{3}, some_joint(3), JointSide{}, {}}, {2, JointId{4}, {}, {}, JointSide{}}}},
       ProgramActs{{{BodyId{1}, 2, PushBody{BodyId{1}, {{1, 2, 3}, {4, 5, 6}}}}}}};
   ASSERT_EQ(rounds.size(), std::variant_size_v<RoundMessage>);
   for (std::size_t n = 0; n < rounds.size(); ++n) {

@@ -35,7 +35,7 @@ void AnyMessage::fill_model(v1::Model& model) {
     const v1::Motion motion = body.properties().motion();
     if (is_known_static(motion) || !dice_.one_in(3)) continue;
     for (std::uint64_t left = 1 + dice_.below(kProgramsMax); left > 0; --left)
-      *body.add_programs() = program.for_body(motion, bodies);
+      *body.add_programs() = program.for_body(motion, bodies, bodies - 1);
   }
   for (std::uint64_t child = 2; child <= bodies; ++child) {
     v1::Joint& joint = *model.add_joints();

@@ -19,7 +19,7 @@ AnyProgram::AnyProgram(Dice& dice, const KnownWorld& world, Number number)
   for (const auto& module : world.settings.modules) kinds_.push_back(find_program(module->kind));
 }
 
-v1::Program AnyProgram::for_body(v1::Motion motion, std::uint64_t bodies) {
+v1::Program AnyProgram::for_body(v1::Motion motion, std::uint64_t bodies, std::uint64_t joints) {
   BodyProperties properties;
   properties.motion = motion == v1::MOTION_KINEMATIC ? Motion::kKinematic : Motion::kDynamic;
   std::vector<const Program*> suitable;
@@ -28,8 +28,10 @@ v1::Program AnyProgram::for_body(v1::Motion motion, std::uint64_t bodies) {
   const Program& kind = *suitable[dice_.below(suitable.size())];
   v1::Program program;
   program.set_kind(std::string(kind.kind()));
-  fill(
-      kind, [&] { return dice_.below(bodies + 1); }, *program.mutable_numbers());
+  const auto id = [&](const NumberSpec& spec) {
+    return dice_.below((spec.unit == kBodyUnit ? bodies : joints) + 1);
+  };
+  fill(kind, id, *program.mutable_numbers());
   return program;
 }
 
@@ -40,27 +42,31 @@ v1::TellProgram AnyProgram::told() {
   told.set_program(known.place);
   if (const Program* const kind = find_program(known.kind))
     fill(
-        *kind, [this] { return known_body(); }, *told.mutable_numbers());
+        *kind, [this](const NumberSpec& spec) { return known_id(spec); }, *told.mutable_numbers());
   return told;
 }
 
 void AnyProgram::tell_any(Numbers& numbers) {
   fill(
-      *kinds_[dice_.below(kinds_.size())], [this] { return known_body(); }, numbers);
+      *kinds_[dice_.below(kinds_.size())], [this](const NumberSpec& spec) { return known_id(spec); },
+      numbers);
 }
 
-std::uint64_t AnyProgram::known_body() {
-  if (world_.bodies.empty() || dice_.one_in(8)) return 0;
-  return world_.bodies[dice_.below(world_.bodies.size())].id;
+std::uint64_t AnyProgram::known_id(const NumberSpec& spec) {
+  const auto one_of = [this](const auto& all) -> std::uint64_t {
+    if (all.empty() || dice_.one_in(8)) return 0;
+    return all[dice_.below(all.size())].id;
+  };
+  return spec.unit == kBodyUnit ? one_of(world_.bodies) : one_of(world_.joints);
 }
 
-void AnyProgram::fill(const Program& program, const std::function<std::uint64_t()>& body, Numbers& numbers) {
+void AnyProgram::fill(const Program& program, const Id& id, Numbers& numbers) {
   for (const auto table : {program.parameters(), program.inputs()}) {
     for (const NumberSpec& spec : table) {
       if (dice_.one_in(2)) continue;
       v1::NamedNumber& number = *numbers.Add();
       number.set_name(std::string(spec.name));
-      number.set_value(spec.unit == kBodyUnit ? static_cast<double>(body()) : number_(spec));
+      number.set_value(is_id(spec) ? static_cast<double>(id(spec)) : number_(spec));
     }
   }
 }

@@ -16,13 +16,13 @@ namespace tessera {
 
 class AnyProgram {
  public:
-  // Draws a number that is no body.
+  // Draws a number that is no body and no joint.
   using Number = std::function<double(const NumberSpec&)>;
 
   AnyProgram(Dice& dice, const KnownWorld& world, Number number);
 
-  // For a body that moves so, of a model of so many `bodies`.
-  v1::Program for_body(v1::Motion motion, std::uint64_t bodies);
+  // For a body that moves so, of a model of so many `bodies` and `joints`.
+  v1::Program for_body(v1::Motion motion, std::uint64_t bodies, std::uint64_t joints);
 
   // Told to a program that the world is known to have, of which there must be one.
   v1::TellProgram told();
@@ -32,8 +32,11 @@ class AnyProgram {
  private:
   using Numbers = google::protobuf::RepeatedPtrField<v1::NamedNumber>;
 
-  std::uint64_t known_body();
-  void fill(const Program& program, const std::function<std::uint64_t()>& body, Numbers& numbers);
+  // Of a body or joint, as the number's unit says.
+  using Id = std::function<std::uint64_t(const NumberSpec&)>;
+
+  std::uint64_t known_id(const NumberSpec& spec);
+  void fill(const Program& program, const Id& id, Numbers& numbers);
 
   Dice& dice_;
   const KnownWorld& world_;

@@ -24,8 +24,8 @@ constexpr double kApart = 0.7;  // m, between two new bodies with a joint
 constexpr std::uint64_t kSnapshotEvery = 10;
 constexpr std::uint64_t kListMax = 5;
 constexpr std::uint64_t kNewProgramsMax = 2;  // of a new body
-constexpr std::uint64_t kDataMax = 40;     // bytes
-constexpr int kTriesMax = 20;              // of a request whose coordinator is lost
+constexpr std::uint64_t kDataMax = 40;        // bytes
+constexpr int kTriesMax = 20;                 // of a request whose coordinator is lost
 constexpr std::uint64_t kEventsBetweenTries = 50;
 
 v1::BodyRef by_id(std::uint64_t id) {
@@ -191,9 +191,10 @@ void Workload::add_programs(v1::Model& model) {
   if (!has_programs_) return;
   AnyProgram program = any_program();
   const auto bodies = static_cast<std::uint64_t>(model.bodies_size());
+  const auto joints = static_cast<std::uint64_t>(model.joints_size());
   for (v1::Body& body : *model.mutable_bodies()) {
     for (std::uint64_t left = dice_.below(kNewProgramsMax + 1); left > 0; --left)
-      *body.add_programs() = program.for_body(body.properties().motion(), bodies);
+      *body.add_programs() = program.for_body(body.properties().motion(), bodies, joints);
   }
 }
 

@@ -44,8 +44,10 @@ class Breaker final : public Program {
     if (senses.properties.motion == Motion::kKinematic) actor.wake_in(1);
     double& most_force = at(values, Value::kForce) = 0;
     double& most_torque = at(values, Value::kTorque) = 0;
-    for (const ProgramFinding& joint : senses.of(0)) {
-      if (!joint.is_child && at(senses.parameters, Parameter::kChildren) < 0.5) continue;
+    for (const SensedJoint& found : senses.joints_of(0)) {
+      const JointRecord& joint = found.record;
+      if (joint.properties.child != senses.body && at(senses.parameters, Parameter::kChildren) < 0.5)
+        continue;
       const double force = Eigen::Vector3d(joint.loads.force.data()).norm();
       const double torque = Eigen::Vector3d(joint.loads.torque.data()).norm();
       most_force = std::max(most_force, force);
@@ -53,7 +55,7 @@ class Breaker final : public Program {
       if (force <= at(senses.parameters, Parameter::kForce) &&
           torque <= at(senses.parameters, Parameter::kTorque))
         continue;
-      actor.remove_joint(joint.joint);
+      actor.remove_joint(joint.id);
       at(values, Value::kBroken) += 1;
     }
   }

@@ -7,27 +7,34 @@
 
 namespace tessera {
 
+const Program& ackermann_program();
+const Program& altimeter_program();
 const Program& breaker_program();
 const Program& character_program();
+const Program& diff_drive_program();
 const Program& field_program();
 const Program& floater_program();
 const Program& imu_program();
+const Program& load_program();
 const Program& motorcycle_program();
 const Program& mover_program();
 const Program& pad_program();
+const Program& pid_program();
 const Program& portal_program();
 const Program& thruster_program();
 const Program& tracks_program();
+const Program& trajectory_program();
 const Program& vehicle_program();
 const Program& wander_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 14> builtin_programs() {
-  return {&breaker_program(), &character_program(),  &field_program(),  &floater_program(),
-          &imu_program(),     &motorcycle_program(), &mover_program(),  &pad_program(),
-          &portal_program(),  &thruster_program(),   &tracks_program(), &vehicle_program(),
-          &wander_program(),  &wing_program()};
+inline std::array<const Program*, 20> builtin_programs() {
+  return {&ackermann_program(),  &altimeter_program(),  &breaker_program(),  &character_program(),
+          &diff_drive_program(), &field_program(),      &floater_program(),  &imu_program(),
+          &load_program(),       &motorcycle_program(), &mover_program(),    &pad_program(),
+          &pid_program(),        &portal_program(),     &thruster_program(), &tracks_program(),
+          &trajectory_program(), &vehicle_program(),    &wander_program(),   &wing_program()};
 }
 
 }  // namespace tessera

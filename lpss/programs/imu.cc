@@ -4,6 +4,7 @@
 
 #include "lpss/base/rotation.h"
 #include "lpss/programs/builtin.h"
+#include "lpss/programs/noise.h"
 #include "lpss/programs/numbers.h"
 #include "lpss/programs/places.h"
 
@@ -39,14 +40,6 @@ Eigen::Map<Eigen::Vector3d> vector_at(std::span<double> values, Value first) {
   return Eigen::Map<Eigen::Vector3d>(values.data() + static_cast<std::size_t>(first));
 }
 
-// About normal, of deviation 1: a sum of twelve evenly distributed numbers.
-double normal(const Senses& senses, std::uint32_t n) {
-  constexpr std::uint32_t kNumbers = 12;
-  double sum = 0;
-  for (std::uint32_t k = 0; k < kNumbers; ++k) sum += senses.random(kNumbers * n + k);
-  return sum - kNumbers / 2.0;
-}
-
 class Imu final : public Program {
  public:
   absl::string_view kind() const override { return "imu"; }
@@ -78,10 +71,7 @@ class Imu final : public Program {
 
  private:
   static Eigen::Vector3d noise(const Senses& senses, Parameter deviation, std::uint32_t first) {
-    const double size = at(senses.parameters, deviation);
-    if (size == 0) return Eigen::Vector3d::Zero();
-    return size *
-           Eigen::Vector3d(normal(senses, first), normal(senses, first + 1), normal(senses, first + 2));
+    return noise_vector(senses, at(senses.parameters, deviation), first);
   }
 };
 

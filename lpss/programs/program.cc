@@ -8,6 +8,7 @@
 #include "lpss/model/body.h"
 #include "lpss/model/checks.h"
 #include "lpss/model/limits.h"
+#include "lpss/model/validate.h"
 
 namespace tessera {
 namespace {
@@ -44,6 +45,11 @@ std::span<const ProgramFinding> Senses::of(std::uint32_t ask) const {
   return {found.begin(), found.end()};
 }
 
+std::span<const SensedJoint> Senses::joints_of(std::uint32_t ask) const {
+  const auto found = std::ranges::equal_range(joints, ask, {}, &SensedJoint::ask);
+  return {found.begin(), found.end()};
+}
+
 ProgramAsk& Asker::add(ProgramAsk::Kind kind, BodyId body) {
   ProgramAsk& ask = asks_.emplace_back();
   ask.kind = kind;
@@ -67,12 +73,13 @@ void Asker::inside(BodyId body) { add(ProgramAsk::kInside, body); }
 void Asker::body(BodyId body) { add(ProgramAsk::kBody, body); }
 void Asker::visitors() { add(ProgramAsk::kVisitors, senses_.body).origin = senses_.state.position; }
 void Asker::joints() { add(ProgramAsk::kJoints, senses_.body); }
+void Asker::joint(JointId joint) { add(ProgramAsk::kJoint, senses_.body).joint = joint; }
 
 bool is_act(const Command& command) {
   return std::holds_alternative<PushBody>(command) || std::holds_alternative<ApplyForce>(command) ||
          std::holds_alternative<ApplyImpulse>(command) || std::holds_alternative<KinematicTarget>(command) ||
          std::holds_alternative<Teleport>(command) || std::holds_alternative<RemoveJoint>(command) ||
-         std::holds_alternative<TellProgram>(command);
+         std::holds_alternative<SetDrives>(command) || std::holds_alternative<TellProgram>(command);
 }
 
 void Actor::push(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
@@ -114,6 +121,15 @@ void Actor::take_to(const ProgramFinding& body, const Eigen::Vector3d& position,
   jump.state.rotation = body.rotation;
   jump.state.linear_velocity = array_of(velocity);
   commands_.emplace_back(jump);
+}
+
+void Actor::drive(const SensedJoint& joint, std::size_t axis, const JointDrive& drive) {
+  JointDrives drives = joint.record.drives;
+  if (drives[axis] == drive) return;
+  drives[axis] = drive;
+  if (const absl::Status status = validate(drives, joint.record.properties.type); !status.ok())
+    return fail(absl::StrCat("joint ", joint.record.id.value, ": ", status.message()));
+  commands_.emplace_back(SetDrives{joint.record.id, drives});
 }
 
 void Actor::remove_joint(JointId joint) { commands_.emplace_back(RemoveJoint{joint}); }

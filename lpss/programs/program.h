@@ -15,6 +15,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -28,8 +29,9 @@
 
 namespace tessera {
 
-// The unit of a number that is the id of a body; 0: none.
+// The units of numbers that are the id of a body or of a joint; 0: none.
 inline constexpr absl::string_view kBodyUnit = "body";
+inline constexpr absl::string_view kJointUnit = "joint";
 
 // A number of a program. Those that come new are added at the end of their table: earlier worlds go on with
 // what they have, and the new one's first value.
@@ -57,6 +59,7 @@ struct Senses {
   std::span<const double> parameters;
   std::span<const double> inputs;
   std::span<const ProgramFinding> findings;  // ascending by `ask`; of one, the nearest or lowest id first
+  std::span<const SensedJoint> joints;       // ascending by `ask` and id
 
   Eigen::Vector3d position() const { return Eigen::Vector3d(state.position.data()); }
   Eigen::Vector3d velocity() const { return Eigen::Vector3d(state.linear_velocity.data()); }
@@ -68,6 +71,8 @@ struct Senses {
   double random(std::uint32_t n) const;
   // What was found for the n-th question.
   std::span<const ProgramFinding> of(std::uint32_t ask) const;
+  // The joints that were found for it.
+  std::span<const SensedJoint> joints_of(std::uint32_t ask) const;
 };
 
 // Takes the questions of an instance, numbered from 0 in the order in which they come. Beyond
@@ -87,8 +92,10 @@ class Asker {
   void body(BodyId body);
   // The dynamic bodies in the triggers of the own body, the nearest first, and how they move.
   void visitors();
-  // The joints of the own body, and what they bear.
+  // The joints of the own body: where they are, what drives them, and what they bear.
   void joints();
+  // Likewise a joint of any bodies. Nothing is found where it is 0, or gone.
+  void joint(JointId joint);
   // The instance is stopped.
   void fail(absl::string_view why) { fault_ = std::string(why); }
 
@@ -129,6 +136,10 @@ class Actor {
   // turned as it is, and moves on with `velocity` (m/s); it turns on only where it `keeps_turning`.
   void take_to(const ProgramFinding& body, const Eigen::Vector3d& position, const Eigen::Vector3d& velocity,
                bool keeps_turning);
+  // Sets the drive of an axis of a joint, and wakes its bodies; nothing where the axis has that drive. What
+  // the axis cannot have stops the instance. The drives of a joint are set together: a joint is for one
+  // program.
+  void drive(const SensedJoint& joint, std::size_t axis, const JointDrive& drive);
   // Takes a joint out of the world.
   void remove_joint(JointId joint);
   // Sets numbers of a program, of any body.

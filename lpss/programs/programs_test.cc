@@ -33,9 +33,10 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
   const auto record = new_program("walker");
   EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(record.status().message(),
-            "there is no program \"walker\"; there are: breaker, character, field, floater, imu, motorcycle, "
-            "mover, "
-            "pad, portal, thruster, tracks, vehicle, wander, wing");
+            "there is no program \"walker\"; there are: ackermann, altimeter, breaker, character, "
+            "diff_drive, field, floater, imu, load, motorcycle, mover, pad, pid, portal, thruster, tracks, "
+            "trajectory, vehicle, "
+            "wander, wing");
 }
 
 // A snapshot, which has what programs do in the next tick, can be restored.
@@ -52,7 +53,7 @@ TEST(Programs, AreStoppedForWhatASnapshotCannotHave) {
     std::vector<Command> commands;
     std::uint64_t wake_at = 0;
     std::string fault;
-    Actor actor(senses, commands, wake_at, fault);
+    Actor actor(senses, 128, commands, wake_at, fault);
     act(actor);
     EXPECT_EQ(commands.empty(), !fault.empty());
     return fault;
@@ -94,12 +95,31 @@ TEST(Programs, NewOnesAreForBodiesThatTheyCanWorkOn) {
   world.bodies[1].programs[1].parameters[0] = 1.5;
   EXPECT_EQ(check_programs(world).message(),
             "body \"lift\": program pad: body = 1.5 must be a whole number, the id of a body");
+  world.bodies[1].programs = {*new_program("pid")};
+  world.bodies[1].programs[0].parameters[0] = 1;
+  EXPECT_EQ(check_programs(world).message(),
+            "body \"lift\": program pid: joint = 1 must be at most 0, the number of joints");
+  world.joints.resize(1);
+  EXPECT_TRUE(check_programs(world).ok());
   world.bodies[1].programs = {*new_program("character")};
   EXPECT_EQ(check_programs(world).message(),
             "body \"lift\": program character: its body must be dynamic, not kinematic");
   world.bodies[1].properties.motion = Motion::kStatic;
   EXPECT_EQ(check_programs(world).message(),
             "body \"lift\": a body with a program must be dynamic or kinematic, not static");
+}
+
+TEST(Programs, BodiesAndJointsOfAModelBecomeThoseOfTheWorld) {
+  ProgramRecord pad = *new_program("pad");
+  move_ids(pad, 10, 100);
+  EXPECT_EQ(pad.parameters[0], 0) << "nobody";
+  pad.parameters[0] = 2;
+  move_ids(pad, 10, 100);
+  EXPECT_EQ(pad.parameters[0], 12);
+  ProgramRecord pid = *new_program("pid");
+  pid.parameters[0] = 3;
+  move_ids(pid, 10, 100);
+  EXPECT_EQ(pid.parameters[0], 103);
 }
 
 TEST(Programs, EarlierWorldsGetTheFirstValuesOfWhatIsNew) {

@@ -20,8 +20,6 @@ namespace {
 // Each instance runs once its body is there, which may sleep from the start.
 constexpr std::uint64_t kAtOnce = 1;
 
-bool is_body(const NumberSpec& spec) { return spec.unit == kBodyUnit; }
-
 std::string title_of(const ProgramRecord& record, absl::string_view name) {
   return absl::StrCat("program ", record.kind, ": ", name);
 }
@@ -149,8 +147,8 @@ absl::Status check_number(const NumberSpec& spec, double value) {
   const std::string name(spec.name);
   if (absl::Status status = bounded(name, value, spec.least, spec.most, spec.unit); !status.ok())
     return status;
-  if (!is_body(spec) || value == std::floor(value)) return absl::OkStatus();
-  return refused(name, " = ", value, " must be a whole number, the id of a body");
+  if (!is_id(spec) || value == std::floor(value)) return absl::OkStatus();
+  return refused(name, " = ", value, " must be a whole number, the id of a ", spec.unit);
 }
 
 absl::Status check_programs(const BodyProperties& properties, std::span<const ProgramRecord> records,
@@ -166,15 +164,15 @@ absl::Status check_programs(const BodyProperties& properties, std::span<const Pr
   return absl::OkStatus();
 }
 
-void move_bodies(ProgramRecord& record, std::uint64_t by) {
+void move_ids(ProgramRecord& record, std::uint64_t bodies, std::uint64_t joints) {
   const std::span<const NumberSpec> table = find_program(record.kind)->parameters();
   for (std::size_t n = 0; n < record.parameters.size(); ++n) {
-    if (is_body(table[n]) && record.parameters[n] != 0) record.parameters[n] += static_cast<double>(by);
+    if (!is_id(table[n]) || record.parameters[n] == 0) continue;
+    record.parameters[n] += static_cast<double>(table[n].unit == kBodyUnit ? bodies : joints);
   }
 }
 
 absl::Status check_programs(const WorldDescription& world) {
-  const auto bodies = static_cast<double>(world.bodies.size());
   for (const BodyDescription& body : world.bodies) {
     const std::string title = absl::StrCat("body \"", body.name, "\"");
     if (absl::Status status = check_programs(body.properties, body.programs, world.settings.modules);
@@ -186,9 +184,12 @@ absl::Status check_programs(const WorldDescription& world) {
         return in(absl::StrCat(title, ": program ", record.kind), status);
       const std::span<const NumberSpec> table = program.parameters();
       for (std::size_t n = 0; n < record.parameters.size(); ++n) {
-        if (is_body(table[n]) && record.parameters[n] > bodies)
-          return in(title, refused(title_of(record, table[n].name), " = ", record.parameters[n],
-                                   " must be at most ", bodies, ", the number of bodies"));
+        if (!is_id(table[n])) continue;
+        const std::size_t most = table[n].unit == kBodyUnit ? world.bodies.size() : world.joints.size();
+        if (record.parameters[n] > static_cast<double>(most))
+          return in(title,
+                    refused(title_of(record, table[n].name), " = ", record.parameters[n], " must be at most ",
+                            most, ", the number of ", table[n].unit == kBodyUnit ? "bodies" : "joints"));
       }
     }
   }

@@ -39,6 +39,9 @@ absl::Status set_number(ProgramRecord& record, absl::string_view name, double va
 // Completes an instance of an earlier version, whose tables were shorter.
 void complete(ProgramRecord& record);
 
+// Whether a number is the id of a body or joint.
+inline bool is_id(const NumberSpec& spec) { return spec.unit == kBodyUnit || spec.unit == kJointUnit; }
+
 // Whether a parameter or input may have this value: INVALID_ARGUMENT, with the bound.
 absl::Status check_number(const NumberSpec& spec, double value);
 
@@ -47,11 +50,12 @@ absl::Status check_number(const NumberSpec& spec, double value);
 absl::Status check_programs(const BodyProperties& properties, std::span<const ProgramRecord> records,
                             const ProgramModules& modules);
 
-// Its parameters that are bodies, which are places in a list plus one, become ids that are higher by `by`.
-void move_bodies(ProgramRecord& record, std::uint64_t by);
+// Its parameters that are bodies or joints, which are places in a list plus one, become ids that are higher
+// by so much.
+void move_ids(ProgramRecord& record, std::uint64_t bodies, std::uint64_t joints);
 
-// Those that bodies of a world begin with, in which numbers that are bodies are places plus one: likewise,
-// naming the body.
+// Those that bodies of a world begin with, in which numbers that are bodies or joints are places plus one:
+// likewise, naming the body.
 absl::Status check_programs(const WorldDescription& world);
 
 // Whether a program can be told this: INVALID_ARGUMENT, naming the number and its bound.

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "lpss/grid/sector_index.h"
 #include "lpss/model/body.h"
@@ -19,10 +20,12 @@ struct ProgramAsk {
     kBody,      // the state of `body`
     kVisitors,  // which dynamic bodies are in the triggers of `body`, which asks; distances are from `origin`
     kVisitor,   // `body`, of which it is known that it is one of these
-    kJoints,    // what the joints of `body` bear
+    kJoints,    // the joints of `body`
+    kJoint,     // `joint`
   };
   std::uint8_t kind = kCast;
   BodyId body;         // asked about; a cast passes through it
+  JointId joint;       // likewise
   SectorIndex sector;  // that positions are relative to the centre of
   std::array<double, 3> origin{};
   std::array<double, 3> direction{};  // of unit length
@@ -45,9 +48,22 @@ struct ProgramFinding {
   std::array<double, 9> rotation{};  // of its centre frame, by rows
   double mass = 0;                   // kg, of a dynamic body that was met or asked for, or that visits
   bool is_held = false;              // of a visitor: joints hold it, or hold others to it
-  JointId joint;                     // which holds `body`, or the world, to the one asked about
-  bool is_child = false;             // the one asked about is the child of the joint
-  JointLoads loads;                  // of the joint, in the last tick in which its bodies were awake
+};
+
+// What the home of one of its bodies knows of a joint that was asked for; together they know all of it.
+struct JointPart {
+  std::uint32_t ask = 0;  // as of a finding
+  JointId joint;
+  std::optional<JointRecord> record;  // told by the home of its child
+  std::optional<JointSide> parent;    // relative to the centre of the asked sector
+  std::optional<JointSide> child;     // likewise
+};
+
+// A joint that was asked for. Its position and rates are those that clients are told.
+struct SensedJoint {
+  std::uint32_t ask = 0;
+  JointRecord record;
+  JointState state;
 };
 
 }  // namespace tessera

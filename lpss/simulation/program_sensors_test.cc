@@ -87,5 +87,60 @@ TEST(Imu, HasTheNoiseThatItIsGiven) {
   EXPECT_NEAR(mean.norm(), 0, 0.03);
 }
 
+// A post bears an arm that sticks out by its half: its weight, and the moment of that.
+TEST(LoadSensor, ShowsTheWeightAndMomentOfWhatAJointBears) {
+  constexpr double kMass = 3;
+  WorldBuilder builder(settings_of(2));
+  add_box(builder, "arm", {1, 0.1, 0.1}, {0.5, 0.2, 0.2}, Motion::kDynamic, kMass);
+  builder.tie("root", JointType::kFixed, "", "arm", {0, 0.2, 0.2});
+  add_box(builder, "desk", {0.2, 0.2, 0.2}, {-4.1, 0.2, 0.2}, Motion::kKinematic)
+      .programs.push_back(example_program("load", {{"joint", 1}}));
+  for (const std::uint32_t partitions : {1u, 4u}) {
+    Watched world(builder, partitions);
+    world.run(1);
+    const BodyRecord desk = world.body("desk");
+    EXPECT_NEAR((vector_of(desk, "force") - Eigen::Vector3d(0, 0, kMass * kG)).norm(), 0, 0.02);
+    // The joint lifts the arm's far end, about -y.
+    EXPECT_NEAR((vector_of(desk, "torque") - Eigen::Vector3d(0, -kMass * kG * 0.5, 0)).norm(), 0, 0.02);
+    world.step({RemoveJoint{JointId{1}}});
+    EXPECT_EQ(vector_of(world.body("desk"), "force").norm(), 0);
+  }
+}
+
+// It falls by g t^2 / 2.
+TEST(Altimeter, MeasuresAFallOverSectors) {
+  WorldBuilder builder(settings_of(1));
+  add_box(builder, "box", {0.2, 0.2, 0.2}, {0.1, 0.2, 5}, Motion::kDynamic)
+      .programs.push_back(example_program("altimeter"));
+  Watched world(builder, 4);
+  world.step();
+  const double start = value_of(world.body("box"), "height");
+  const double speed = value_of(world.body("box"), "climb");
+  world.run(1.5);
+  EXPECT_NEAR(value_of(world.body("box"), "height") - start, speed * 1.5 - kG * 1.5 * 1.5 / 2, 0.02);
+  EXPECT_NEAR(value_of(world.body("box"), "climb") - speed, -kG * 1.5, 1e-3);
+  EXPECT_NEAR(value_of(world.body("box"), "height"), world.position("box").z() - 5, 1e-9);
+}
+
+TEST(Altimeter, HasTheNoiseThatItIsGiven) {
+  WorldSettings settings = settings_of();
+  settings.gravity = UniformGravity{{0, 0, 0}};
+  settings.sleep_after = 0;
+  WorldBuilder builder(settings);
+  add_box(builder, "box", {0.5, 0.5, 0.5}, {0.1, 0.2, 5}, Motion::kDynamic)
+      .programs.push_back(example_program("altimeter", {{"noise", 0.5}, {"climb_noise", 0.1}}));
+  Watched world(builder);
+  constexpr int kTicks = 1000;
+  double squares = 0;
+  double climb_squares = 0;
+  for (int tick = 0; tick < kTicks; ++tick) {
+    world.step();
+    squares += std::pow(value_of(world.body("box"), "height"), 2);
+    climb_squares += std::pow(value_of(world.body("box"), "climb"), 2);
+  }
+  EXPECT_NEAR(std::sqrt(squares / kTicks), 0.5, 0.5 * 0.1);
+  EXPECT_NEAR(std::sqrt(climb_squares / kTicks), 0.1, 0.1 * 0.1);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -187,6 +187,7 @@ struct ProgramAsks {
 
 struct ProgramAnswers {
   std::vector<ProgramFinding> findings;
+  std::vector<JointPart> joints;
 };
 
 // What a program does at the beginning of the next tick.

@@ -25,8 +25,8 @@ Eigen::Vector3d as_vector(const std::array<double, 3>& v) { return Eigen::Vector
 
 // In which order the parts of one answer come, whoever found them.
 bool comes_first(const ProgramFinding& a, const ProgramFinding& b) {
-  return std::tie(a.ask, a.distance, a.body, a.joint, a.impulse, a.normal, a.point) <
-         std::tie(b.ask, b.distance, b.body, b.joint, b.impulse, b.normal, b.point);
+  return std::tie(a.ask, a.distance, a.body, a.impulse, a.normal, a.point) <
+         std::tie(b.ask, b.distance, b.body, b.impulse, b.normal, b.point);
 }
 
 // Answers questions from what a partition hosts.
@@ -52,7 +52,8 @@ class Answering {
     for (const BodyId visitor : visitors) visit(visitor);
   }
 
-  void answer(std::uint32_t number, const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
+  void answer(std::uint32_t number, const ProgramAsk& ask, ProgramAnswers& answers) {
+    std::vector<ProgramFinding>& findings = answers.findings;
     const std::size_t before = findings.size();
     switch (ask.kind) {
       case ProgramAsk::kCast:
@@ -71,7 +72,10 @@ class Answering {
         visited(ask, ask.body, findings);
         break;
       case ProgramAsk::kJoints:
-        joints(ask, findings);
+        for (const JointId id : partition_.joints.of(ask.body)) joint(number, id, ask.sector, answers.joints);
+        break;
+      case ProgramAsk::kJoint:
+        joint(number, ask.joint, ask.sector, answers.joints);
         break;
       default:
         body(ask, findings);
@@ -137,17 +141,18 @@ class Answering {
     findings.push_back(finding);
   }
 
-  // The home of the child of each tells of it.
-  void joints(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
-    for (const JointId id : partition_.joints.of(ask.body)) {
-      const JointRecord* const joint = partition_.joints.record(id);
-      if (joint == nullptr) continue;
-      ProgramFinding& finding = findings.emplace_back();
-      finding.joint = id;
-      finding.is_child = joint->properties.child == ask.body;
-      finding.body = finding.is_child ? joint->properties.parent : joint->properties.child;
-      finding.loads = joint->loads;
+  void joint(std::uint32_t number, JointId id, const SectorIndex& seen_from, std::vector<JointPart>& parts) {
+    const JointTie* const tie = partition_.joints.find(id);
+    if (tie == nullptr) return;
+    JointPart part{number, id, {}, side(tie->parent, seen_from), side(tie->child, seen_from)};
+    if (const JointRecord* const record = partition_.joints.record(id)) {
+      part.record = *record;
+      if (tie->parent.value == 0) {
+        part.parent.emplace().pose.position =
+            metres_between(seen_from, record->properties.anchor, partition_.sector_size());
+      }
     }
+    if (part.record || part.parent || part.child) parts.push_back(std::move(part));
   }
 
   void body(const ProgramAsk& ask, std::vector<ProgramFinding>& findings) {
@@ -156,16 +161,27 @@ class Answering {
     if (describe(finding, ask.sector)) findings.push_back(finding);
   }
 
-  // What its home, or everybody of a static body, knows. False where it lives elsewhere.
+  // What its home, or everybody of a static body, knows; until the next one is looked up. Null where it lives
+  // elsewhere.
+  const BodyRecord* known(BodyId body) {
+    if (const BodyRecord* const record = partition_.statics.find(body)) return record;
+    own_ = body_of(partition_, body);
+    return own_ ? &*own_ : nullptr;
+  }
+
+  std::optional<JointSide> side(BodyId body, const SectorIndex& seen_from) {
+    const BodyRecord* const record = known(body);
+    if (record == nullptr) return std::nullopt;
+    JointSide side = side_of(record->state);
+    side.pose.position += metres_between(seen_from, record->home, partition_.sector_size());
+    return side;
+  }
+
+  // False where it lives elsewhere.
   bool describe(ProgramFinding& finding, const SectorIndex& seen_from) {
     spin_ = belt_ = running_ = Eigen::Vector3d::Zero();
-    const BodyRecord* record = partition_.statics.find(finding.body);
-    std::optional<BodyRecord> own;
-    if (record == nullptr) {
-      own = body_of(partition_, finding.body);
-      if (!own) return false;
-      record = &*own;
-    }
+    const BodyRecord* const record = known(finding.body);
+    if (record == nullptr) return false;
     const BodyState& state = record->state;
     finding.motion = record->properties.motion;
     if (finding.motion == Motion::kDynamic) finding.mass = record->properties.mass;
@@ -187,6 +203,7 @@ class Answering {
 
   Partition& partition_;
   Queries& queries_;
+  std::optional<BodyRecord> own_;
   Eigen::Vector3d spin_ = Eigen::Vector3d::Zero();     // of the body described last, rad/s
   Eigen::Vector3d belt_ = Eigen::Vector3d::Zero();     // likewise, m/s, of its surface
   Eigen::Vector3d running_ = Eigen::Vector3d::Zero();  // likewise
@@ -218,6 +235,24 @@ void put_in_order(std::vector<ProgramFinding>& findings, std::span<const Program
     const bool is_cast = asks[finding.ask].kind == ProgramAsk::kCast;
     return ++found[finding.ask] > (is_cast ? 1 : kProgramFindingsMax);
   });
+}
+
+// The joints of which all servers together have told all, in the order of (ask, id).
+std::vector<SensedJoint> whole_joints(std::vector<JointPart> parts) {
+  std::ranges::sort(parts, {}, [](const JointPart& part) { return std::pair(part.ask, part.joint); });
+  std::vector<SensedJoint> joints;
+  for (auto part = parts.begin(); part != parts.end();) {
+    JointPart whole = std::move(*part);
+    while (++part != parts.end() && part->ask == whole.ask && part->joint == whole.joint) {
+      if (part->record) whole.record = part->record;
+      if (part->parent) whole.parent = part->parent;
+      if (part->child) whole.child = part->child;
+    }
+    if (!whole.record || !whole.parent || !whole.child) continue;
+    const JointState state = joint_state(whole.record->properties, *whole.parent, *whole.child);
+    joints.push_back({whole.ask, *whole.record, state});
+  }
+  return joints;
 }
 
 void stop(ProgramRecord& record, absl::string_view why, Tick tick) {
@@ -274,7 +309,8 @@ Senses ProgramPhase::senses_of(const Running& running) const {
           running.start,
           record.parameters,
           record.inputs,
-          running.findings};
+          running.found.findings,
+          running.joints};
 }
 
 // Others know of what is near their sectors, and of what their bodies touch and notice.
@@ -282,9 +318,10 @@ bool ProgramPhase::concerns_others(const ProgramAsk& ask) const {
   const double size = partition_.sector_size();
   if (ask.kind == ProgramAsk::kBody)
     return !partition_.bodies.contains(ask.body) && partition_.statics.find(ask.body) == nullptr;
+  if (ask.kind == ProgramAsk::kJoint) return ask.joint.value != 0 && concerns_others(ask.joint);
   if (ask.kind == ProgramAsk::kJoints) {
     return std::ranges::any_of(partition_.joints.of(ask.body),
-                               [this](JointId id) { return partition_.joints.record(id) == nullptr; });
+                               [this](JointId id) { return concerns_others(id); });
   }
   if (ask.kind != ProgramAsk::kCast) return true;
   const Eigen::Vector3d from = as_vector(ask.origin);
@@ -302,6 +339,12 @@ bool ProgramPhase::concerns_others(const ProgramAsk& ask) const {
     }
   }
   return false;
+}
+
+bool ProgramPhase::concerns_others(JointId joint) const {
+  const JointRecord* const record = partition_.joints.record(joint);
+  if (record == nullptr) return true;
+  return record->parent_motion != Motion::kStatic && !partition_.bodies.contains(record->properties.parent);
 }
 
 std::vector<ProgramAsks> ProgramPhase::ask() {
@@ -328,7 +371,7 @@ std::vector<ProgramAsks> ProgramPhase::ask() {
       running.asks.clear();
     }
     for (std::uint32_t n = 0; n < running.asks.size(); ++n) {
-      own.answer(n, running.asks[n], running.findings);
+      own.answer(n, running.asks[n], running.found);
       if (partition_.map.servers() == 1) continue;
       // A pair is known at the home of one of the two: who is told of here, but lives elsewhere, is asked for
       // there.
@@ -390,7 +433,7 @@ std::vector<ProgramAnswers> ProgramPhase::answer() {
   for (std::size_t rank = 0; rank < asked_of_us_.size(); ++rank) {
     const std::vector<ProgramAsk>& asks = asked_of_us_[rank].asks;
     for (std::uint32_t n = 0; n < asks.size(); ++n) {
-      if (is_proper(asks[n], partition_.sector_size())) answering.answer(n, asks[n], outbox[rank].findings);
+      if (is_proper(asks[n], partition_.sector_size())) answering.answer(n, asks[n], outbox[rank]);
     }
   }
   return outbox;
@@ -402,7 +445,13 @@ ProgramActs ProgramPhase::run(std::span<const ProgramAnswers> answers) {
       if (finding.ask >= asked_.size()) continue;
       const Asked& asked = asked_[finding.ask];
       finding.ask = asked.ask;
-      running_[asked.running].findings.push_back(finding);
+      running_[asked.running].found.findings.push_back(finding);
+    }
+    for (JointPart part : some.joints) {
+      if (part.ask >= asked_.size()) continue;
+      const Asked& asked = asked_[part.ask];
+      part.ask = asked.ask;
+      running_[asked.running].found.joints.push_back(std::move(part));
     }
   }
   run_in_pieces(parallel_, running_.size(), kProgramsInPiece, [&](std::size_t n) { act(running_[n]); });
@@ -418,7 +467,8 @@ ProgramActs ProgramPhase::run(std::span<const ProgramAnswers> answers) {
 void ProgramPhase::act(Running& running) {
   ProgramRecord& record = running.body->programs[running.place];
   if (!record.fault.empty()) return;
-  put_in_order(running.findings, running.asks);
+  put_in_order(running.found.findings, running.asks);
+  running.joints = whole_joints(std::move(running.found.joints));
   record.wake_at = 0;
   const Senses senses = senses_of(running);
   Actor actor(senses, partition_.sector_size(), running.commands, record.wake_at, running.fault);

@@ -59,7 +59,8 @@ class ProgramPhase {
     Eigen::Vector3d gravity;
     Eigen::Vector3d start;
     std::vector<ProgramAsk> asks;
-    std::vector<ProgramFinding> findings;
+    ProgramAnswers found;
+    std::vector<SensedJoint> joints;  // of which all has been found
     std::vector<Command> commands;
     std::string fault;  // why the program stops itself
   };
@@ -73,6 +74,7 @@ class ProgramPhase {
   void add(HomeBody& body);
   void act(Running& running);
   bool concerns_others(const ProgramAsk& ask) const;
+  bool concerns_others(JointId joint) const;
   std::vector<ProgramAsks> to_others(const ProgramAsks& asks) const;
 
   Partition& partition_;

@@ -31,8 +31,6 @@ constexpr absl::string_view kNext = ";;";
 constexpr char kKind[] = "kind";
 constexpr char kModule[] = "module";
 
-bool is_body(const NumberSpec& spec) { return spec.unit == kBodyUnit; }
-
 const NumberSpec* find_spec(const Program& program, absl::string_view name) {
   for (const auto table : {program.parameters(), program.inputs()}) {
     if (const std::optional<std::uint32_t> place = place_of(name, table)) return &table[*place];
@@ -47,11 +45,11 @@ absl::StatusOr<std::string> kept_number(const xml::Element& element, const Progr
   if (spec == nullptr) {
     return xml::invalid(element, no_number(program, name));
   }
-  if (is_body(*spec)) {
-    const std::string body = element.Attribute(name);
-    if (body.empty() || absl::StrContains(body, kSeparator))
-      return xml::invalid(element, "'", name, "' must be the name of a body, without ';'");
-    return absl::StrCat(name, "=", body);
+  if (is_id(*spec)) {
+    const std::string named = element.Attribute(name);
+    if (named.empty() || absl::StrContains(named, kSeparator))
+      return xml::invalid(element, "'", name, "' must be the name of a ", spec->unit, ", without ';'");
+    return absl::StrCat(name, "=", named);
   }
   const absl::StatusOr<double> value = xml::number_attribute(element, name);
   if (!value.ok()) return value.status();
@@ -101,8 +99,8 @@ absl::StatusOr<std::string> kept_program(const xml::Element& element, const std:
 void take_number(const Program& program, absl::string_view name, const std::string& text,
                  ProgramTemplate& result) {
   const std::optional<std::uint32_t> parameter = place_of(name, program.parameters());
-  if (parameter && is_body(program.parameters()[*parameter])) {
-    result.bodies.emplace_back(*parameter, text);
+  if (parameter && is_id(program.parameters()[*parameter])) {
+    result.named.emplace_back(*parameter, text);
     return;
   }
   double value = 0;
@@ -151,22 +149,31 @@ std::vector<ProgramTemplate> programs_of(const sdf::Link& link) {
 void ProgramPlacer::add(const std::vector<ProgramTemplate>& programs, const xml::Element& element,
                         std::size_t place, BodyDescription& body) {
   for (const ProgramTemplate& program : programs) {
-    for (const auto& [parameter, name] : program.bodies)
+    for (const auto& [parameter, name] : program.named)
       named_.push_back({place, body.programs.size(), parameter, name, &element});
     body.programs.push_back(program.record);
   }
 }
 
-absl::Status ProgramPlacer::resolve(std::vector<BodyDescription>& bodies) const {
+absl::Status ProgramPlacer::resolve(WorldDescription& world) const {
   if (named_.empty()) return absl::OkStatus();
-  absl::flat_hash_map<std::string_view, BodyId> ids;  // 1, 2, ... in their order
-  for (const BodyDescription& body : bodies) ids.emplace(body.name, BodyId{ids.size() + 1});
-  for (const NamedBody& named : named_) {
-    const auto id = ids.find(named.name);
+  using Ids = absl::flat_hash_map<std::string_view, std::uint64_t>;  // 1, 2, ... in their order
+  Ids bodies;
+  for (const BodyDescription& body : world.bodies) bodies.emplace(body.name, bodies.size() + 1);
+  Ids joints;
+  for (const JointDescription& joint : world.joints) joints.emplace(joint.name, joints.size() + 1);
+  for (const Named& named : named_) {
+    BodyDescription& body = world.bodies[named.body];
+    ProgramRecord& program = body.programs[named.program];
+    const absl::string_view unit = find_program(program.kind)->parameters()[named.parameter].unit;
+    const Ids& ids = unit == kBodyUnit ? bodies : joints;
+    const std::size_t model = body.name.rfind("::");
+    auto id = model == std::string::npos ? ids.end() : ids.find(body.name.substr(0, model + 2) + named.name);
+    if (id == ids.end()) id = ids.find(named.name);
     if (id == ids.end())
-      return xml::invalid(*named.element, "a program names the body '", named.name, "', which is not there");
-    ProgramRecord& program = bodies[named.body].programs[named.program];
-    program.parameters[named.parameter] = static_cast<double>(id->second.value);
+      return xml::invalid(*named.element, "a program names the ", unit, " '", named.name,
+                          "', which is not there");
+    program.parameters[named.parameter] = static_cast<double>(id->second);
   }
   return absl::OkStatus();
 }

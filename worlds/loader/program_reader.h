@@ -6,7 +6,7 @@
 // A module is a file beside the world file, or the model's.
 //
 // Attributes are parameters and inputs by their names, in the units of the program's tables; where a number
-// is a body, the body's name in the world.
+// is a body or joint, its name in the model of the link, or else in the world.
 #pragma once
 
 #include <absl/status/status.h>
@@ -35,29 +35,29 @@ absl::Status keep_programs(xml::Element& link, const std::filesystem::path& dire
 
 struct ProgramTemplate {
   ProgramRecord record;
-  std::vector<std::pair<std::uint32_t, std::string>> bodies;  // parameters that are bodies, by their names
+  std::vector<std::pair<std::uint32_t, std::string>> named;  // parameters that are bodies or joints
 };
 
 std::vector<ProgramTemplate> programs_of(const sdf::Link& link);
 
-// Gives bodies of a world their programs, and finds the bodies that these name once all are there.
+// Gives bodies of a world their programs, and finds what these name once all bodies and joints are there.
 class ProgramPlacer {
  public:
   // To `body`, which comes to `place` in the world; errors will name `element`.
   void add(const std::vector<ProgramTemplate>& programs, const xml::Element& element, std::size_t place,
            BodyDescription& body);
-  absl::Status resolve(std::vector<BodyDescription>& bodies) const;
+  absl::Status resolve(WorldDescription& world) const;
 
  private:
-  // A parameter of a program that is a body.
-  struct NamedBody {
+  // A parameter of a program that is a body or joint.
+  struct Named {
     std::size_t body = 0;  // whose program it is
     std::size_t program = 0;
     std::size_t parameter = 0;
     std::string name;
     const xml::Element* element = nullptr;
   };
-  std::vector<NamedBody> named_;
+  std::vector<Named> named_;
 };
 
 }  // namespace tessera

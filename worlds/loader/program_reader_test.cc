@@ -54,9 +54,28 @@ TEST(ProgramsOfFiles, NameBodies) {
               HasSubstr("names the body 'nobody::l', which is not there"));
 }
 
+TEST(ProgramsOfFiles, NameJointsOfTheirOwnModelFirst) {
+  const auto arm = [](const std::string& name, const std::string& joint) {
+    return "<model name='" + name + "'><link name='base'>" + kProgrammedBox +
+           "<tessera:program kind='pid' joint='" + joint + "'/></link><link name='tip'>" + kProgrammedBox +
+           "</link><joint name='elbow' type='revolute'><parent>base</parent><child>tip</child><axis><xyz>0 0 "
+           "1</xyz>"
+           "</axis></joint></model>";
+  };
+  const LoadedWorld loaded = load(world(arm("a", "elbow") + arm("b", "elbow") + arm("c", "a::elbow")));
+  ASSERT_EQ(loaded.world.joints.size(), 3u);
+  for (const auto& [body, joint] : {std::pair(0, 1), std::pair(2, 2), std::pair(4, 1)}) {
+    EXPECT_EQ(parameter_of(loaded.world.bodies.at(static_cast<std::size_t>(body)).programs.at(0), "joint"),
+              joint);
+  }
+  EXPECT_TRUE(check_programs(loaded.world).ok());
+  EXPECT_THAT(error_of_program(world(arm("a", "wrist"))),
+              HasSubstr("names the joint 'wrist', which is not there"));
+}
+
 TEST(ProgramsOfFiles, SayWhatIsWrong) {
   EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='walker'/>")),
-              HasSubstr("there is no program \"walker\"; there are: breaker, character"));
+              HasSubstr("there is no program \"walker\"; there are: ackermann, altimeter"));
   EXPECT_THAT(error_of_program(world_with_program("<tessera:program step='1'/>")), HasSubstr("kind"));
   EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='mover' spead='1'/>")),
               HasSubstr("program mover has no number 'spead'; it has: x, y, z, speed"));

@@ -168,7 +168,7 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     if (placed.joint == nullptr) continue;
     if (absl::Status status = add_world_joint(placed); !status.ok()) return status;
   }
-  if (absl::Status status = programs_.resolve(world_.bodies); !status.ok()) return status;
+  if (absl::Status status = programs_.resolve(world_); !status.ok()) return status;
   world_.settings.modules = sources_.modules();
   world_.shapes = shapes_.take();
   note_materials();
