@@ -225,6 +225,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("globe", 600),
       from_file("machines", 180),
       from_file("road", 300),
+      from_file("rover", 300),
       from_file("seam", 180),
       from_file("station", 300),
       from_file("town", 60),
