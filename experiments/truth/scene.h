@@ -68,6 +68,7 @@ std::vector<Scene> flight_scenes();   // falls, orbits, spins: what is conserved
 std::vector<Scene> ray_scenes();
 std::vector<Scene> trigger_scenes();  // who is in them, and when
 std::vector<Scene> program_scenes();  // how lifts, characters and vehicles move
-std::vector<Scene> force_scenes();    // programs that push, draw and take away
+std::vector<Scene> force_scenes();    // of the same group: what pushes, draws and takes away
+std::vector<Scene> robot_scenes();    // of the same group: controllers of joints, and robots on wheels
 
 }  // namespace tessera::truth
