@@ -45,14 +45,17 @@ absl::Status try_once(const ProgramModule& module) {
                       .parameters = record->parameters,
                       .inputs = record->inputs,
                       .findings = {}};
-  std::vector<ProgramAsk> asks;
   std::vector<Command> commands;
   std::uint64_t wake_at = 0;
   std::string fault;
-  Asker asker(senses, asks, fault);
-  program.ask(senses, record->values, asker);
-  if (!fault.empty()) return absl::InvalidArgumentError(absl::StrCat("ask() is stopped: ", fault));
-  absl::PrintF("ask(): %s instructions, %d questions\n", grouped(instructions_of(module)), asks.size());
+  if (asks(module)) {
+    std::vector<ProgramAsk> questions;
+    Asker asker(senses, questions, fault);
+    program.ask(senses, record->values, asker);
+    if (!fault.empty()) return absl::InvalidArgumentError(absl::StrCat("ask() is stopped: ", fault));
+    absl::PrintF("ask(): %s instructions, %d questions\n", grouped(instructions_of(module)),
+                 questions.size());
+  }
   Actor actor(senses, WorldSettings().sector_size, commands, wake_at, fault);
   program.run(senses, record->values, actor);
   if (!fault.empty()) return absl::InvalidArgumentError(absl::StrCat("run() is stopped: ", fault));

@@ -103,6 +103,8 @@ std::shared_ptr<const Program> find_module(absl::string_view kind) {
   return modules.find_by_name(kind);
 }
 
+bool asks(const ProgramModule& module) { return static_cast<const ModuleProgram&>(module).asks(); }
+
 std::int64_t instructions_of(const ProgramModule& module) {
   return static_cast<const ModuleProgram&>(module).instructions();
 }

@@ -30,6 +30,9 @@ absl::Status can_run(const ProgramModules& modules);
 // By its kind; or by its name, where one alone has it. Null where there is none.
 std::shared_ptr<const Program> find_module(absl::string_view kind);
 
+// Whether it has questions: it exports ask().
+bool asks(const ProgramModule& module);
+
 // What its last call on this thread has spent.
 std::int64_t instructions_of(const ProgramModule& module);
 

@@ -37,6 +37,7 @@ class ModuleProgram final : public Program, public ProgramModule {
 
   // NOT_FOUND where there is no engine, INTERNAL where it does not take the module.
   absl::Status can_run() const;
+  bool asks() const { return code_.has_ask; }
   // Of its last call on this thread.
   std::int64_t instructions() const;
 

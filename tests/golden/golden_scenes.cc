@@ -7,6 +7,7 @@
 #include <random>
 
 #include "lpss/base/portable_math.h"
+#include "lpss/programs/module.h"
 #include "lpss/simulation/example_worlds.h"
 #include "worlds/loader/world_file.h"
 
@@ -26,6 +27,28 @@ GoldenScene from_file(const std::string& name, Tick ticks) {
             if (!loaded.ok()) return loaded.status();
             return loaded->world;
           }};
+}
+
+// The world flee, whose program is compiled from another language: it has the hash of the one in C.
+GoldenScene flee_in(const std::string& language) {
+  GoldenScene scene = from_file("flee", 300);
+  scene.name = absl::StrCat("flee_", language);
+  scene.world = [of_c = scene.world, file = scene.name + ".wasm"]() -> absl::StatusOr<WorldDescription> {
+    absl::StatusOr<WorldDescription> world = of_c();
+    if (!world.ok()) return world;
+    const auto module =
+        load_module_file(std::filesystem::path(TESSERA_OWN_WORLDS) / "programs" / "languages" / file);
+    if (!module.ok()) return module.status();
+    const std::string before = world->settings.modules.at(0)->kind;
+    for (BodyDescription& body : world->bodies) {
+      for (ProgramRecord& program : body.programs) {
+        if (program.kind == before) program.kind = (*module)->kind;
+      }
+    }
+    world->settings.modules = {*module};
+    return world;
+  };
+  return scene;
 }
 
 // A box that is pushed across a seam by a kinematic body, first at a set velocity, later along kinematic
@@ -221,6 +244,8 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("earth", 60),
       from_file("falling", 180),
       from_file("flee", 300),
+      flee_in("rs"),
+      flee_in("ts"),
       from_file("fountain", 300),
       from_file("globe", 600),
       from_file("machines", 180),

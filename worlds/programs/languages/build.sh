@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# worlds/programs/languages/build.sh [FOLDER]: compiles flee.ts and flee.rs to WebAssembly, in FOLDER (default: here). Needs
-# AssemblyScript (`npm install assemblyscript`; ASC: its compiler) and Debian's rustc with libstd-rust-dev-wasm32. The
-# modules here were made with AssemblyScript 0.28.20 and rustc 1.63; Tessera does not need them, tests compare them.
+# worlds/programs/languages/build.sh [FOLDER]: compiles flee.ts and flee.rs to WebAssembly, in FOLDER (default: here).
+# Needs AssemblyScript (`npm install assemblyscript`; ASC: its compiler) and Debian's rustc with
+# libstd-rust-dev-wasm32. The modules here were made with AssemblyScript 0.28.20 and rustc 1.63. Tessera does not need
+# them; golden_hashes_test compares them with flee.c.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
