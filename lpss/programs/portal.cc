@@ -15,7 +15,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kReach = 1e6;  // m
-constexpr double kLook = 0.1;   // s, after which it looks anew whether there is room
+constexpr double kFastest = 0.999 * kSpeedMax;
+constexpr double kLook = 0.1;  // s, after which it looks anew whether there is room
 
 enum class Parameter { kX, kY, kZ, kArrange, kEvery, kRoom, kKeep, kVx, kVy, kVz, kSpread };
 constexpr auto kParameters = std::to_array<NumberSpec>({
@@ -113,7 +114,7 @@ class Portal final : public Program {
       velocity[axis] +=
           at(senses.parameters, Parameter::kSpread) * (2 * senses.random(3 * number + axis) - 1);
     }
-    if (const double speed = velocity.norm(); speed > kSpeedMax) velocity *= kSpeedMax / speed;
+    if (const double speed = velocity.norm(); speed > kFastest) velocity *= kFastest / speed;
     actor.take_to(visitor, place, velocity, keeps);
   }
 };

@@ -114,6 +114,7 @@ void Actor::move_to(const Eigen::Vector3d& position) {
 
 void Actor::take_to(const ProgramFinding& body, const Eigen::Vector3d& position,
                     const Eigen::Vector3d& velocity, bool keeps_turning) {
+  if (!are_finite(position, velocity)) return fail(kNotFinite);
   const absl::StatusOr<WorldPosition> place = canonical(senses_.sector, position, sector_size_);
   if (!place.ok()) return fail(place.status().message());
   Teleport jump{.id = body.body, .home = place->sector, .keeps_angular_velocity = keeps_turning};
