@@ -41,8 +41,8 @@ GoldenScene flee_in(const std::string& language) {
     if (!module.ok()) return module.status();
     const std::string before = world->settings.modules.at(0)->kind;
     for (BodyDescription& body : world->bodies) {
-      for (ProgramRecord& program : body.programs) {
-        if (program.kind == before) program.kind = (*module)->kind;
+      for (ProgramRecord& record : body.programs) {
+        if (record.kind == before) record.kind = (*module)->kind;
       }
     }
     world->settings.modules = {*module};
