@@ -197,7 +197,7 @@ def main() -> int:
         return 2
     with tempfile.TemporaryDirectory(prefix="tessera-docs-") as folder:
         scratch = Path(folder)
-        for name in ("deploy", "worlds"):
+        for name in ("client_sdk", "deploy", "worlds"):
             (scratch / name).symlink_to(TOP / name)
         shutil.copytree(STORE, scratch / "store")
         (scratch / "tessera.toml").symlink_to(TOP / "deploy/tessera.toml")
