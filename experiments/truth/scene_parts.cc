@@ -35,4 +35,13 @@ BodyDescription& add_body(WorldBuilder& builder, const std::string& name, Geomet
   return body;
 }
 
+Scene program_scene(const std::string& name, double seconds) {
+  Scene scene;
+  scene.group = "programs";
+  scene.name = name;
+  scene.seconds = seconds;
+  scene.in_bullet = false;
+  return scene;
+}
+
 }  // namespace tessera::truth

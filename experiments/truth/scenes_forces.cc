@@ -11,15 +11,6 @@
 namespace tessera::truth {
 namespace {
 
-Scene force_scene(const std::string& name, double seconds) {
-  Scene scene;
-  scene.group = "programs";
-  scene.name = name;
-  scene.seconds = seconds;
-  scene.in_bullet = false;
-  return scene;
-}
-
 WorldBuilder without_gravity(const WorldSettings& settings) {
   return WorldBuilder(with_gravity(settings, {0, 0, 0}));
 }
@@ -35,7 +26,7 @@ BodyDescription& add_zone(WorldBuilder& builder, const Eigen::Vector3d& size, co
 
 // v = w (1 - exp(-c t)), in a wind w along the border.
 Scene blows_along() {
-  Scene scene = force_scene("blows_along", 2);
+  Scene scene = program_scene("blows_along", 2);
   scene.has_order = true;
   scene.world = [](const WorldSettings& settings) {
     WorldBuilder builder = without_gravity(settings);
@@ -53,7 +44,7 @@ Scene blows_along() {
 
 // A magnet and what it draws keep their momentum.
 Scene draws() {
-  Scene scene = force_scene("draws", 0.5);
+  Scene scene = program_scene("draws", 0.5);
   scene.world = [](const WorldSettings& settings) {
     WorldBuilder builder = without_gravity(settings);
     BodyDescription& magnet = add_body(builder, "magnet", Sphere{2.5}, 3, {kPlace - 0.4, 0.1, 0}, 0.5);
@@ -72,7 +63,7 @@ Scene draws() {
 
 // It falls the same 5 m again and again; with what it has been taken back, z = -g t^2 / 2.
 Scene falls_for_ever() {
-  Scene scene = force_scene("falls_for_ever", 4);
+  Scene scene = program_scene("falls_for_ever", 4);
   static constexpr double kLoop = 5;
   scene.world = [](const WorldSettings& settings) {
     WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
@@ -91,7 +82,7 @@ Scene falls_for_ever() {
 
 // At full throttle it rises with F / m - g.
 Scene takes_off() {
-  Scene scene = force_scene("takes_off", 2);
+  Scene scene = program_scene("takes_off", 2);
   scene.has_order = true;
   scene.world = [](const WorldSettings& settings) {
     WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
@@ -112,7 +103,7 @@ Scene takes_off() {
 
 // What falls flat comes to the speed at which m g = rho / 2 v^2 A (drag + 2).
 Scene falls_flat() {
-  Scene scene = force_scene("falls_flat", 10);
+  Scene scene = program_scene("falls_flat", 10);
   scene.world = [](const WorldSettings& settings) {
     WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
     BodyDescription& plate = add_body(builder, "plate", Box{{1, 2, 0.1}}, 5, {kPlace, 0.2, 0}, 0.5);
@@ -129,7 +120,7 @@ Scene falls_flat() {
 
 // With two wheels a side it turns on the spot at v b / (b^2 + a^2), b half of the width and a of the length.
 Scene turns_on_the_spot() {
-  Scene scene = force_scene("turns_on_the_spot", 6);
+  Scene scene = program_scene("turns_on_the_spot", 6);
   scene.world = [](const WorldSettings& settings) {
     WorldBuilder builder = on_plane(with_gravity(settings, {0, 0, -kGravity}), 0.5);
     add_body(builder, "tank", Box{{4, 1.6, 0.4}}, 2000, {kPlace, 0.2, 0.5}, 0.5)
@@ -146,7 +137,7 @@ Scene turns_on_the_spot() {
 
 // A weight hangs from a joint, and is pulled the harder the later: it tears when m g + c t is what it bears.
 Scene tears() {
-  Scene scene = force_scene("tears", 3);
+  Scene scene = program_scene("tears", 3);
   static constexpr double kMost = 40;  // N
   static constexpr double kRate = 10;  // N/s
   scene.world = [](const WorldSettings& settings) {

@@ -32,14 +32,6 @@ Script telling(double seconds, const std::string& body, absl::string_view kind,
 // m, of a car.
 const Eigen::Vector3d kRoad(kPlace - 3, 0.2, 0.6);
 
-Scene program_scene(const std::string& name) {
-  Scene scene;
-  scene.group = "programs";
-  scene.name = name;
-  scene.in_bullet = false;
-  return scene;
-}
-
 // Speeds up and brakes evenly: d / v + v / a.
 Scene lift() {
   Scene scene = program_scene("lift");

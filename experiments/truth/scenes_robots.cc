@@ -10,15 +10,6 @@
 namespace tessera::truth {
 namespace {
 
-Scene robot_scene(const std::string& name, double seconds) {
-  Scene scene;
-  scene.group = "programs";
-  scene.name = name;
-  scene.seconds = seconds;
-  scene.in_bullet = false;
-  return scene;
-}
-
 // kg m^2, of a rotor on a vertical axle in the world.
 constexpr double kInertia = 0.5;
 
@@ -39,7 +30,7 @@ double angle_of(const Glance& glance) {
 
 // I x'' = p (goal - x) - d x': the first overshoot is e^(-pi decay / rate) of the step, pi / rate after it.
 Scene step_response() {
-  Scene scene = robot_scene("step_response", 6);
+  Scene scene = program_scene("step_response", 6);
   scene.has_order = true;
   static constexpr double kStiffness = 8;
   static constexpr double kDamping = 0.8;
@@ -64,7 +55,7 @@ Scene step_response() {
 
 // A level arm that an integral holds against its weight.
 Scene holds_a_load() {
-  Scene scene = robot_scene("holds_a_load", 15);
+  Scene scene = program_scene("holds_a_load", 15);
   static constexpr double kGoal = -0.4;
   scene.world = [](const WorldSettings& settings) {
     WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
@@ -84,7 +75,7 @@ Scene holds_a_load() {
 
 // d / v + v / a.
 Scene trapezoid() {
-  Scene scene = robot_scene("trapezoid", 5);
+  Scene scene = program_scene("trapezoid", 5);
   static constexpr double kGoal = 2.5;
   static constexpr double kSpeed = 1.5;
   static constexpr double kAcceleration = 2;
@@ -113,7 +104,7 @@ double radius_of(const Glance& glance, const Eigen::Vector3d& point) {
 }
 
 Scene turns_on_two_wheels(Tread tread) {
-  Scene scene = robot_scene(tread == Tread::kBall ? "two_balls" : "two_wheels", 10);
+  Scene scene = program_scene(tread == Tread::kBall ? "two_balls" : "two_wheels", 10);
   static constexpr double kSpeed = 0.8;
   static constexpr double kTurn = 0.8;
   scene.world = [tread](const WorldSettings& settings) {
@@ -130,7 +121,7 @@ Scene turns_on_two_wheels(Tread tread) {
 }
 
 Scene steers(Tread tread) {
-  Scene scene = robot_scene(tread == Tread::kBall ? "steers_balls" : "steers_wheels", 10);
+  Scene scene = program_scene(tread == Tread::kBall ? "steers_balls" : "steers_wheels", 10);
   static constexpr double kSteer = 0.4;
   scene.world = [tread](const WorldSettings& settings) {
     WorldBuilder builder = on_plane(with_gravity(settings, {0, 0, -kGravity}), 1);
