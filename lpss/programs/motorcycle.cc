@@ -97,11 +97,9 @@ class Motorcycle final : public Program {
   std::optional<Motion> motion() const override { return Motion::kDynamic; }
 
   void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
-    const Eigen::Quaterniond turn = senses.orientation();
     for (std::size_t n = 0; n < kWheels; ++n) {
       const double along = (n == 0 ? 0.5 : -0.5) * parameter(senses, Parameter::kWheelbase);
-      asker.cast(senses.position() + turn * Vector3d(along, 0, parameter(senses, Parameter::kMount)),
-                 turn * -Vector3d::UnitZ(), suspension_of(senses).reach());
+      wheels::ask(senses, suspension_of(senses), {along, 0, parameter(senses, Parameter::kMount)}, asker);
     }
   }
 

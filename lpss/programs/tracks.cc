@@ -86,11 +86,8 @@ class Tracks final : public Program {
   std::optional<Motion> motion() const override { return Motion::kDynamic; }
 
   void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
-    const Eigen::Quaterniond turn = senses.orientation();
-    for (std::size_t n = 0; n < wheels_of(senses); ++n) {
-      asker.cast(senses.position() + turn * mount_of(senses, n), turn * -Eigen::Vector3d::UnitZ(),
-                 suspension_of(senses).reach());
-    }
+    for (std::size_t n = 0; n < wheels_of(senses); ++n)
+      wheels::ask(senses, suspension_of(senses), mount_of(senses, n), asker);
   }
 
   void run(const Senses& senses, std::span<double> values, Actor& actor) const override {

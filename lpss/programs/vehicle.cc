@@ -100,10 +100,8 @@ class Vehicle final : public Program {
   std::optional<Motion> motion() const override { return Motion::kDynamic; }
 
   void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
-    const Eigen::Quaterniond turn = senses.orientation();
-    const double reach = suspension_of(senses).reach();
     for (std::size_t n = 0; n < kWheels; ++n)
-      asker.cast(senses.position() + turn * mount_of(senses, n), turn * -Eigen::Vector3d::UnitZ(), reach);
+      wheels::ask(senses, suspension_of(senses), mount_of(senses, n), asker);
   }
 
   void run(const Senses& senses, std::span<double> values, Actor& actor) const override {

@@ -69,6 +69,11 @@ void Chassis::push(const Eigen::Vector3d& lever, const Eigen::Vector3d& by) {
   spin += lever.cross(by);
 }
 
+void ask(const Senses& senses, const Suspension& suspension, const Eigen::Vector3d& mount, Asker& asker) {
+  const Eigen::Quaterniond turn = senses.orientation();
+  asker.cast(senses.position() + turn * mount, turn * -Eigen::Vector3d::UnitZ(), suspension.reach());
+}
+
 Wheel wheel_at(const Senses& senses, const Chassis& chassis, const Suspension& suspension, std::uint32_t ask,
                const Eigen::Vector3d& rolls) {
   Wheel wheel;

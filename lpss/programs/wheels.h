@@ -58,6 +58,9 @@ struct Wheel {
   Eigen::Vector3d given = Eigen::Vector3d::Zero();  // N s, to the body
 };
 
+// Asks what is below a spring whose upper end is at `mount` (m, in the body frame, from the centre of mass).
+void ask(const Senses& senses, const Suspension& suspension, const Eigen::Vector3d& mount, Asker& asker);
+
 // The wheel of the n-th question, which rolls along `rolls` (of unit length, in the body frame).
 Wheel wheel_at(const Senses& senses, const Chassis& chassis, const Suspension& suspension, std::uint32_t ask,
                const Eigen::Vector3d& rolls);
