@@ -110,14 +110,14 @@ void JointedContacts::note_velocities() {
 template <typename Act>
 void JointedContacts::solve(Act act) {
   load();
-  update_answers();
-  for (const Cluster& cluster : clusters_) solve(cluster, act);
+  for (Cluster& cluster : clusters_) solve(cluster, act);
   store();
 }
 
 // Again where a drive, limit or friction does not bear what it was taken to.
 template <typename Act>
-void JointedContacts::solve(const Cluster& cluster, Act act) {
+void JointedContacts::solve(Cluster& cluster, Act act) {
+  update_answers(cluster);
   const std::span<Patch> patches = patches_of(cluster);
   impulses_.clear();
   for_each_row(patches, [this](const Row& row) { impulses_.push_back(row.impulse); });
@@ -129,7 +129,7 @@ void JointedContacts::solve(const Cluster& cluster, Act act) {
       for_each_row(patches, [&](const Row& row) { add_wrench(row, row.impulse - *before++); });
     }
     if (n == kTries || bears(cluster)) break;
-    update_answers();
+    update_answers(cluster);
     restart(cluster);
   }
   matrix_ = nullptr;
@@ -300,11 +300,20 @@ void JointedContacts::rebound() {
   if (is_empty()) return;
   load();
   find_struck();
-  if (!may_bounce_ && std::ranges::none_of(groups_, [](const Group& group) { return group.is_struck; }))
-    return;
-  for_each_row(patches_, [](Row& row) { row.before = row.impulse; });
-  solve([this](Patch& patch) { rebound(patch); });
-  for_each_row(patches_, [](Row& row) { row.total += row.impulse - row.before; });
+  for (Cluster& cluster : clusters_) {
+    if (!rebounds(cluster)) continue;
+    const std::span<Patch> patches = patches_of(cluster);
+    for_each_row(patches, [](Row& row) { row.before = row.impulse; });
+    solve(cluster, [this](Patch& patch) { rebound(patch); });
+    for_each_row(patches, [](Row& row) { row.total += row.impulse - row.before; });
+  }
+  store();
+}
+
+// What others do changes nothing here: even a pass that pushes nothing asks joints what they bear.
+bool JointedContacts::rebounds(const Cluster& cluster) const {
+  return cluster.may_bounce ||
+         std::ranges::any_of(groups_of(cluster), [this](std::size_t n) { return groups_[n].is_struck; });
 }
 
 // As in the kernel of the contact solver.

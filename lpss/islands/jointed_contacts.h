@@ -12,6 +12,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -81,7 +82,7 @@ class JointedContacts {
   // How bodies move in this step; how they move before they rebound.
   void note_velocities();
   void rebound();
-  bool may_bounce() const { return may_bounce_; }
+  bool may_bounce() const { return std::ranges::any_of(clusters_, &Cluster::may_bounce); }
 
   // Impulses into those of begin().
   void end(std::span<Given> patches) const;
@@ -113,6 +114,8 @@ class JointedContacts {
     // In matrices_: what a unit of impulse of each row does to the velocity of each, row by row; kNone for
     // many rows, which push bodies.
     std::size_t matrix = kNone;
+    bool has_answers = false;  // as its assemblies are
+    bool may_bounce = false;   // a patch
   };
   struct Member {
     std::size_t place;
@@ -166,6 +169,7 @@ class JointedContacts {
     double friction = 0;
     double restitution = 0;
     double bounce_from = 0;
+    bool may_bounce = false;  // a point meets fast enough
     const Contacts::Course* course = nullptr;
     double radius = 0;  // m, the arm of the twist
     double arm = 0;     // m, of rolling
@@ -181,8 +185,8 @@ class JointedContacts {
   void make_friction(const Contacts::Patch& from, Patch& patch) const;
   static void add_course(Patch& patch, const Vector3& linear, const Vector3& angular);
   void number_rows();
-  void make_answers();
-  void make_matrices();
+  std::size_t place_answers(Row& row, std::size_t first) const;
+  void make_matrix(const Cluster& cluster);
   void make_answer(Row& row);
   void make_masses(Patch& patch);
   double answer_of(const Row& row, const Row& by) const;
@@ -191,11 +195,11 @@ class JointedContacts {
   void load();
   void store();
   Wrench velocities_of(const Member& member) const;
-  bool update_answers();
+  void update_answers(Cluster& cluster);
   template <typename Act>
   void solve(Act act);
   template <typename Act>
-  void solve(const Cluster& cluster, Act act);
+  void solve(Cluster& cluster, Act act);
   template <typename Act>
   void go_over(std::span<Patch> patches, Act act);
   bool bears(const Cluster& cluster) const;
@@ -240,6 +244,7 @@ class JointedContacts {
   void solve_rolling(Patch& patch);
   void find_struck();
   bool is_struck(const Row& row) const;
+  bool rebounds(const Cluster& cluster) const;
   void rebound(Patch& patch);
 
   Softness softness_;
@@ -257,8 +262,6 @@ class JointedContacts {
   double moved_ = 0;  // m/s or rad/s: what a push has changed most along its row
   std::vector<double> answers_;
   std::vector<double> matrices_;
-  bool are_answers_known_ = false;
-  bool may_bounce_ = false;
   std::vector<double> velocities_;  // m/s, rad/s
   std::vector<double> noted_;       // of note_velocities()
   std::vector<double> wrenches_;    // N s, N m s, of a pass

@@ -42,7 +42,6 @@ void JointedContacts::clear() {
   members_.clear();
   groups_.clear();
   clusters_.clear();
-  may_bounce_ = false;
 }
 
 void JointedContacts::begin(const Softness& softness, joints::JointSolver& joints, FreeBodies& free,
@@ -62,7 +61,6 @@ void JointedContacts::begin(const Softness& softness, joints::JointSolver& joint
   }
   make_groups();
   make_clusters(patches);
-  are_answers_known_ = false;
   note_velocities();
 }
 
@@ -137,6 +135,7 @@ void JointedContacts::make_clusters(std::span<const Given> patches) {
     Patch& patch = patches_[cluster.first + cluster.count++];
     fill(patches[n], patch);
     patch.given = n;
+    cluster.may_bounce = cluster.may_bounce || patch.may_bounce;
   }
   for (std::size_t n = 0; n < groups_.size(); ++n) {
     groups_[n].cluster = groups_[connected_.find(n)].cluster;
@@ -148,21 +147,37 @@ void JointedContacts::make_clusters(std::span<const Given> patches) {
 void JointedContacts::number_rows() {
   std::size_t first_group = 0;
   std::size_t first_matrix = 0;
+  std::size_t first_answer = 0;
   for (Cluster& cluster : clusters_) {
     cluster.first_group = first_group;
     first_group += cluster.groups;
     cluster.groups = 0;
-    for_each_row(patches_of(cluster), [&](Row& row) { row.number = cluster.rows++; });
+    for_each_row(patches_of(cluster), [&](Row& row) {
+      row.number = cluster.rows++;
+      first_answer = place_answers(row, first_answer);
+    });
     if (cluster.rows > kRowsAtOnceMax) continue;
     cluster.matrix = first_matrix;
     first_matrix += cluster.rows * padded(cluster.rows);
   }
   matrices_.assign(first_matrix, 0);
+  answers_.resize(first_answer);
   groups_of_clusters_.resize(first_group);
   for (std::size_t n = 0; n < groups_.size(); ++n) {
     Cluster& cluster = clusters_[groups_[n].cluster];
     groups_of_clusters_[cluster.first_group + cluster.groups++] = n;
   }
+}
+
+// From a place in answers_ on; the next free one.
+std::size_t JointedContacts::place_answers(Row& row, std::size_t first) const {
+  for (std::size_t g = 0; g < 2; ++g) {
+    if (row.group[g] == kNone) continue;
+    const Group& group = groups_[row.group[g]];
+    row.answer[g] = {first, group.first, group.size / 6};
+    first += group.size;
+  }
+  return first;
 }
 
 void JointedContacts::set_sides(const Contacts::Patch& from, Row& row) const {
@@ -227,7 +242,7 @@ void JointedContacts::fill(const Given& given_patch, Patch& patch) {
       point.pull += on.head<3>().dot(body.linear_force) + on.tail<3>().dot(body.angular_force);
     }
     point.pull /= softness_.time_step;
-    may_bounce_ = may_bounce_ || (patch.restitution > 0 && -point.before > patch.bounce_from);
+    patch.may_bounce = patch.may_bounce || (patch.restitution > 0 && -point.before > patch.bounce_from);
   }
   make_friction(from, patch);
   patch.course = from.course;
@@ -307,45 +322,36 @@ void JointedContacts::make_friction(const Contacts::Patch& from, Patch& patch) c
   patch.twist.impulse = std::clamp(from.twist_impulse * share, -most * patch.radius, most * patch.radius);
 }
 
-// Asks assemblies what they have become; false if all is as it was.
-bool JointedContacts::update_answers() {
-  bool is_new = !are_answers_known_;
-  for (const Group& group : groups_) {
-    if (group.assembly && group.assembly->update_response()) is_new = true;
+// Asks assemblies what they have become. Of this cluster alone: masses that vanish take impulses with them.
+void JointedContacts::update_answers(Cluster& cluster) {
+  for (const std::size_t n : groups_of(cluster)) {
+    joints::JointAssembly* const assembly = groups_[n].assembly;
+    if (assembly && assembly->update_response()) cluster.has_answers = false;
   }
-  if (!is_new) return false;
-  are_answers_known_ = true;
-  make_answers();
-  return true;
+  if (cluster.has_answers) return;
+  cluster.has_answers = true;
+  const std::span<Patch> patches = patches_of(cluster);
+  for_each_row(patches, [this](Row& row) { make_answer(row); });
+  for (Patch& patch : patches) make_masses(patch);
+  if (cluster.matrix != kNone) make_matrix(cluster);
 }
 
-void JointedContacts::make_answers() {
-  answers_.clear();
-  for_each_row(patches_, [this](Row& row) { make_answer(row); });
-  for (Patch& patch : patches_) make_masses(patch);
-  make_matrices();
-}
-
-void JointedContacts::make_matrices() {
-  for (const Cluster& cluster : clusters_) {
-    if (cluster.matrix == kNone) continue;
-    double* answer = matrices_.data() + cluster.matrix;
-    for_each_row(patches_of(cluster), [&](const Row& by) {
-      for_each_row(patches_of(cluster), [&](const Row& row) { answer[row.number] = answer_of(row, by); });
-      answer += padded(cluster.rows);
-    });
-  }
+void JointedContacts::make_matrix(const Cluster& cluster) {
+  const std::span<Patch> patches = patches_of(cluster);
+  double* answer = matrices_.data() + cluster.matrix;
+  for_each_row(patches, [&](const Row& by) {
+    for_each_row(patches, [&](const Row& row) { answer[row.number] = answer_of(row, by); });
+    answer += padded(cluster.rows);
+  });
 }
 
 void JointedContacts::make_answer(Row& row) {
-  row.answer = {};
   for (std::size_t g = 0; g < 2; ++g) {
     if (row.group[g] == kNone) continue;
     const Group& group = groups_[row.group[g]];
-    row.answer[g] = {answers_.size(), group.first, group.size / 6};
-    answers_.resize(answers_.size() + group.size, 0);
     Eigen::Map<Eigen::VectorXd> answer(answers_.data() + row.answer[g].first,
                                        static_cast<Eigen::Index>(group.size));
+    answer.setZero();
     for (std::size_t side = 0; side < 2; ++side) {
       if (row.at[side] == kNone || row.at[side] < group.first || row.at[side] >= group.first + group.size)
         continue;

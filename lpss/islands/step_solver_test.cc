@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstddef>
 #include <memory>
+#include <random>
 
 #include "lpss/islands/island_steps.h"
 
@@ -136,6 +139,79 @@ TYPED_TEST(Arrays, AJointHoldsWhatHangsOnIt) {
   this->solve();
   EXPECT_NEAR(this->change(0), 0, 1e-5);
   EXPECT_TRUE(this->solver_->blamed().empty());
+}
+
+// A body on a joint to the world, with a drive that may give way, and a contact that may slip or bounce.
+template <typename Scalar>
+class DrawnIsland {
+ public:
+  using Vector = typename Islands<Scalar>::Vector;
+
+  explicit DrawnIsland(std::mt19937& dice) : dice_(dice) {
+    constexpr JointType kTypes[] = {JointType::kPrismatic, JointType::kRevolute, JointType::kBall,
+                                    JointType::kUniversal};
+    form_.type = kTypes[dice() % std::size(kTypes)];
+    form_.in_child.position = vector().template cast<double>();
+    form_.axes[0].lower = -0.1;
+    form_.axes[0].upper = 0.1;
+    drives_[0] = {.mode = DriveMode::kVelocity, .target = double(number())};
+    form_.axes[0].effort_max = 100 * std::abs(double(number()));
+    velocity_ = 3 * vector();
+    patch_.restitution = dice() % 2 == 0 ? Scalar(0.5) : Scalar(0);
+    patch_.friction = std::abs(number());
+    patch_.points = 1;
+    patch_.point[0] = {.lever_a = vector(),
+                       .lever_b = vector(),
+                       .normal = (vector() + 2 * Vector::UnitZ()).normalized(),
+                       .impulse = std::abs(number())};
+    patch_.friction_impulse = vector();
+  }
+
+  JointForm form_;
+  JointDrives drives_{};
+  Vector velocity_;
+  typename Islands<Scalar>::Patch patch_;
+
+ private:
+  Scalar number() { return Scalar(dice_()) / Scalar(std::mt19937::max()) * 2 - 1; }
+  Vector vector() {
+    const Scalar x = number();
+    const Scalar y = number();
+    return {x, y, number()};
+  }
+
+  std::mt19937& dice_;
+};
+
+TYPED_TEST(Arrays, NorOfWhatIsOnJoints) {
+  std::mt19937 dice(1);
+  for (int n = 0; n < 300; ++n) {
+    const DrawnIsland<TypeParam> both[] = {DrawnIsland<TypeParam>(dice), DrawnIsland<TypeParam>(dice)};
+    Islands<TypeParam> alone;
+    for (const std::size_t company : {0u, 1u}) {
+      this->islands_ = {};
+      for (std::size_t place = 0; place <= company; ++place)
+        this->add_body(2, both[place + 1 - company].velocity_);
+      this->ground();
+      for (std::size_t place = 0; place <= company; ++place) {
+        const DrawnIsland<TypeParam>& island = both[place + 1 - company];
+        this->islands_.joints.push_back(
+            {.id = JointId{place + 1}, .form = &island.form_, .drives = &island.drives_, .child = place});
+        this->islands_.contacts.push_back({place, 1, island.patch_.restitution > 0});
+        this->islands_.patches.push_back(island.patch_);
+        this->islands_.patches.back().a = place;
+        this->islands_.patches.back().b = this->islands_.fixed();
+      }
+      this->solve();
+      if (company == 0) alone = this->islands_;
+    }
+    const auto& in_company = this->islands_.solved[1];
+    ASSERT_EQ(in_company.linear, alone.solved[0].linear) << n;
+    ASSERT_EQ(in_company.angular, alone.solved[0].angular) << n;
+    ASSERT_EQ(in_company.way, alone.solved[0].way) << n;
+    ASSERT_EQ(in_company.turn, alone.solved[0].turn) << n;
+    ASSERT_EQ(this->islands_.patches[1].friction_impulse, alone.patches[0].friction_impulse) << n;
+  }
 }
 
 TYPED_TEST(Arrays, OverlapsAreOpenedAsIfTheyWereNoDeeperThanAShareOfTheExtent) {
