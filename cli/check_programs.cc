@@ -21,13 +21,13 @@ namespace {
 constexpr std::uint32_t kShuffledPartitions = 3;
 constexpr std::uint32_t kRestoredPartitions = 2;
 
-using Bodies = std::map<BodyId, BodyRecord>;
+using Bodies = std::map<BodyId, std::vector<ProgramRecord>>;
 
 Bodies programmed(PartitionCluster& cluster) {
   Bodies bodies;
   for (Rank rank = 0; rank < cluster.size(); ++rank) {
     for_each_programmed(cluster.partition(rank),
-                        [&](const BodyRecord& body) { bodies.emplace(body.id, body); });
+                        [&](const ProgramsView& of) { bodies.emplace(of.id, of.programs); });
   }
   return bodies;
 }
@@ -60,14 +60,14 @@ std::string first_difference(const WorldDescription& world, PartitionCluster& al
                              PartitionCluster& other) {
   const Bodies ours = programmed(alone);
   const Bodies theirs = programmed(other);
-  for (const auto& [id, body] : ours) {
+  for (const auto& [id, programs] : ours) {
     const auto found = theirs.find(id);
     if (found == theirs.end()) return absl::StrCat(name_of(world, id), ": it is not there");
-    for (std::size_t place = 0; place < body.programs.size(); ++place) {
-      const std::string text = difference(body.programs[place], found->second.programs.at(place));
+    for (std::size_t place = 0; place < programs.size(); ++place) {
+      const std::string text = difference(programs[place], found->second.at(place));
       if (!text.empty())
-        return absl::StrCat("program ", place, " (", body.programs[place].kind, ") of ", name_of(world, id),
-                            ": ", text);
+        return absl::StrCat("program ", place, " (", programs[place].kind, ") of ", name_of(world, id), ": ",
+                            text);
     }
   }
   return "bodies, not programs";

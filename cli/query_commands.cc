@@ -130,6 +130,7 @@ struct WatchOptions {
   bool divergences = false;
   std::vector<std::string> bodies;
   bool contacts = false;
+  bool programs = false;
   bool persisting = false;
   std::uint32_t mask = 0;
   double impulse_min = 0;
@@ -214,6 +215,27 @@ void print(const DivergenceFrame& frame) {
     absl::PrintF("%s\n", to_text(NamedDivergence{divergence, "", ""}));
 }
 
+nlohmann::json to_json(const ProgramFrame& frame) {
+  nlohmann::json programs = nlohmann::json::array();
+  for (const ProgramSample& sample : frame.programs) {
+    programs.push_back({{"body", sample.body.value},
+                        {"program", sample.program},
+                        {"kind", sample.kind},
+                        {"stopped", sample.stopped},
+                        {"values", sample.values}});
+  }
+  return {{"tick", frame.tick}, {"programs", std::move(programs)}};
+}
+
+void print(const ProgramFrame& frame) {
+  for (const ProgramSample& sample : frame.programs) {
+    absl::PrintF("%d  body %d  program %d  %s%s", frame.tick, sample.body.value, sample.program, sample.kind,
+                 sample.stopped ? "  stopped" : "");
+    for (const double value : sample.values) absl::PrintF("  %.6g", value);
+    absl::PrintF("\n");
+  }
+}
+
 template <typename Frame>
 absl::Status follow(absl::StatusOr<std::unique_ptr<Stream<Frame>>> stream, std::uint64_t frames,
                     nlohmann::json& data) {
@@ -255,6 +277,10 @@ absl::Status watch(Client& client, const WatchOptions& options, nlohmann::json& 
   if (options.divergences) {
     return follow<DivergenceFrame>(client.watch_divergences(), options.frames, data);
   }
+  if (options.programs) {
+    return follow<ProgramFrame>(client.watch_programs({.ids = ids, .every_ticks = options.every}),
+                                options.frames, data);
+  }
   BodyFilter filter;
   filter.ids = ids;
   filter.every_ticks = options.every;
@@ -265,7 +291,7 @@ absl::Status watch(Client& client, const WatchOptions& options, nlohmann::json& 
 }
 
 void add_watch(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "watch", "Bodies or contacts, tick by tick, until Ctrl-C.",
+  CLI::App& command = add_command(app, "watch", "Bodies, contacts or programs, tick by tick, until Ctrl-C.",
                                   "tessera watch crate --every 60\n  tessera watch --contacts");
   const auto options = std::make_shared<WatchOptions>();
   command.add_option("bodies", options->bodies, "names or ids; all bodies if none is given");
@@ -284,8 +310,14 @@ void add_watch(CLI::App& app, Action& action) {
       ->capture_default_str();
   command.add_flag("--divergences", options->divergences, "bodies that leave all range, and are stopped")
       ->excludes(contacts);
+  CLI::Option* divergences = command.get_option("--divergences");
+  command
+      .add_flag("--programs", options->programs,
+                "the values of programs that change, in the order in which `tessera programs` names them")
+      ->excludes(contacts)
+      ->excludes(divergences);
   command.add_flag("--awake", options->awake, "only bodies that are awake")->excludes(contacts);
-  command.add_option("--every", options->every, "ticks between two looks at bodies")
+  command.add_option("--every", options->every, "ticks between two looks at bodies or programs")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command

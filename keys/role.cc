@@ -32,6 +32,7 @@ constexpr std::array kCalls = {
     Call{"Streams/WatchContacts", ClientRole::kObserve},
     Call{"Streams/WatchSeams", ClientRole::kObserve},
     Call{"Streams/WatchDivergences", ClientRole::kObserve},
+    Call{"Streams/WatchPrograms", ClientRole::kObserve},
 
     Call{"Tessera/Pause", ClientRole::kControl},
     Call{"Tessera/Resume", ClientRole::kControl},

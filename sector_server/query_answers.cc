@@ -142,7 +142,7 @@ void write_numbers(std::span<const double> numbers, std::span<const NumberSpec> 
 
 // Up to one more than are asked for.
 void write_programs(const Partition& partition, const v1::ProgramsQuery& query, v1::FoundPrograms& result) {
-  const auto write = [&](const BodyRecord& body) {
+  const auto write = [&](const ProgramsView& body) {
     for (std::uint32_t place = 0; place < body.programs.size(); ++place) {
       if (static_cast<std::uint64_t>(result.programs_size()) > query.limit()) return;
       const ProgramRecord& record = body.programs[place];
@@ -159,7 +159,7 @@ void write_programs(const Partition& partition, const v1::ProgramsQuery& query, 
     }
   };
   for (const std::uint64_t id : query.ids()) {
-    if (const std::optional<BodyRecord> body = body_of(partition, BodyId{id})) write(*body);
+    if (const std::optional<ProgramsView> body = programs_of(partition, BodyId{id})) write(*body);
   }
   if (query.ids().empty()) for_each_programmed(partition, write);
 }

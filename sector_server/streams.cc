@@ -50,6 +50,10 @@ v1::WatchDivergencesRequest* request_in(v1::Subscription& of, const v1::WatchDiv
   return of.mutable_divergences();
 }
 
+v1::WatchProgramsRequest* request_in(v1::Subscription& of, const v1::WatchProgramsRequest&) {
+  return of.mutable_programs();
+}
+
 WorldPosition position_of(const BodyRecord& record) {
   return {record.home, Eigen::Vector3d(record.state.position.data())};
 }
@@ -144,6 +148,7 @@ void Streams::for_each_list(const Visit& visit) {
   visit(contacts_);
   visit(seams_);
   visit(divergences_);
+  visit(programs_);
 }
 
 template <typename S, typename Request>
@@ -167,6 +172,8 @@ void Streams::expect(const v1::Subscription& subscription) {
       return expect(seams_, subscription.seams());
     case Kind::kDivergences:
       return expect(divergences_, subscription.divergences());
+    case Kind::kPrograms:
+      return expect(programs_, subscription.programs());
     case Kind::REQUEST_NOT_SET:
       return;
   }
@@ -182,9 +189,11 @@ void Streams::begin_world(const v1::LoadWorld& load) {
   for (const auto& contacts : contacts_) contacts->served = false;
   for (const auto& divergences : divergences_) divergences->served = false;
   for (const auto& bodies : bodies_) bodies->told.forget();
+  for (const auto& programs : programs_) programs->told_until = 0;
   if (!goes_on) {
     for (const auto& bodies : bodies_) bodies->served = false;
     for (const auto& seams : seams_) seams->served = false;
+    for (const auto& programs : programs_) programs->served = false;
   }
   for (const v1::Subscription& subscription : load.subscriptions()) expect(subscription);
   changed_ = true;
@@ -311,11 +320,32 @@ void Streams::publish_bodies(Tick tick, const Partition& partition, Bodies& subs
   subscription.push(std::move(news), bytes);
 }
 
+void Streams::publish_programs(Tick tick, const Partition& partition, bool new_only) {
+  if (programs_.empty()) return program_changes_.forget();
+  const auto is_new = [](const auto& subscription) { return !subscription->served; };
+  if (new_only && std::none_of(programs_.begin(), programs_.end(), is_new)) return;
+  program_changes_.look(partition);
+  for (const std::shared_ptr<Programs>& subscription : programs_) {
+    if (!is_wanted(*subscription, tick, new_only)) continue;
+    auto batch = batch_of<v1::ProgramBatch>(tick);
+    program_changes_.for_each_since(partition, subscription->told_until, [&](const ProgramsView& of) {
+      subscription->watched.add_those_of(of, batch);
+    });
+    subscription->served = true;
+    const auto now = std::chrono::steady_clock::now();
+    const std::size_t bytes = bytes_of(batch);
+    if (!subscription->admit_state(bytes, now)) continue;
+    subscription->told_until = program_changes_.looks();
+    subscription->push(std::move(batch), bytes);
+  }
+}
+
 void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
   const Partition& partition = machine.partition();
   const std::lock_guard lock(mutex_);
   drop_unclaimed();
   publish_bodies(tick, machine.partition(), new_only);
+  publish_programs(tick, partition, new_only);
   for (const std::shared_ptr<Seams>& subscription : seams_) {
     if (!is_wanted(*subscription, tick, new_only)) continue;
     subscription->served = true;
@@ -445,6 +475,13 @@ grpc::Status Streams::WatchDivergences(grpc::ServerContext* context,
                                        grpc::ServerWriter<v1::DivergenceBatch>* writer) {
   return serve(divergences_, context, *request,
                [&](const Divergences&, const v1::DivergenceBatch& batch) { return writer->Write(batch); });
+}
+
+grpc::Status Streams::WatchPrograms(grpc::ServerContext* context, const v1::WatchProgramsRequest* request,
+                                    grpc::ServerWriter<v1::ProgramBatch>* writer) {
+  if (absl::Status status = check_ids(*request); !status.ok()) return to_grpc(status);
+  return serve(programs_, context, *request,
+               [&](const Programs&, const v1::ProgramBatch& batch) { return writer->Write(batch); });
 }
 
 void Streams::shut_down() {

@@ -12,12 +12,14 @@
 
 #include "cluster.pb.h"
 #include "lpss/observe/body_changes.h"
+#include "lpss/observe/program_changes.h"
 #include "lpss/tick/tick_machine.h"
 #include "sector_server/body_snapshot.h"
 #include "sector_server/sector_server.h"
 #include "sector_server/stream_budget.h"
 #include "sector_server/subscription.h"
 #include "sector_server/told_bodies.h"
+#include "sector_server/watched_programs.h"
 #include "tessera.grpc.pb.h"
 #include "transport/link.h"
 
@@ -59,6 +61,8 @@ class Streams final : public v1::Streams::Service {
                           grpc::ServerWriter<v1::SeamBatch>* writer) override;
   grpc::Status WatchDivergences(grpc::ServerContext* context, const v1::WatchDivergencesRequest* request,
                                 grpc::ServerWriter<v1::DivergenceBatch>* writer) override;
+  grpc::Status WatchPrograms(grpc::ServerContext* context, const v1::WatchProgramsRequest* request,
+                             grpc::ServerWriter<v1::ProgramBatch>* writer) override;
 
  private:
   struct Bodies : Subscription<v1::WatchBodiesRequest, BodySnapshot> {
@@ -72,6 +76,12 @@ class Streams final : public v1::Streams::Service {
   using Seams = Subscription<v1::WatchSeamsRequest, v1::SeamBatch>;
 
   using Divergences = Subscription<v1::WatchDivergencesRequest, v1::DivergenceBatch>;
+  struct Programs : Subscription<v1::WatchProgramsRequest, v1::ProgramBatch> {
+    explicit Programs(const v1::WatchProgramsRequest& request) : Subscription(request), watched(request) {}
+
+    const WatchedPrograms watched;
+    std::uint64_t told_until = 0;  // a look of program_changes_; of the thread that publishes
+  };
   template <typename S>
   using List = std::list<std::shared_ptr<S>>;
 
@@ -91,6 +101,7 @@ class Streams final : public v1::Streams::Service {
   static bool is_wanted(const S& subscription, Tick tick, bool new_only);
   void publish_bodies(Tick tick, Partition& partition, bool new_only);
   void publish_bodies(Tick tick, const Partition& partition, Bodies& subscription);
+  void publish_programs(Tick tick, const Partition& partition, bool new_only);
 
   v1::DivergenceBatch divergences_in(Tick tick, const std::vector<Divergence>& divergences) const;
   v1::SeamBatch seams_for(const v1::WatchSeamsRequest& request, Tick tick, const Partition& partition) const;
@@ -103,13 +114,15 @@ class Streams final : public v1::Streams::Service {
 
   const NodeId node_;
   const std::function<void()> wake_;
-  v1::StreamSource source_;   // of the world; owned by the thread that publishes
-  BodyChanges body_changes_;  // likewise
-  std::mutex mutex_;          // guards the following
+  v1::StreamSource source_;         // of the world; owned by the thread that publishes
+  BodyChanges body_changes_;        // likewise
+  ProgramChanges program_changes_;  // likewise
+  std::mutex mutex_;                // guards the following
   List<Bodies> bodies_;
   List<Contacts> contacts_;
   List<Seams> seams_;
   List<Divergences> divergences_;
+  List<Programs> programs_;
   bool changed_ = false;  // the lists, since changed_subscriptions()
   bool closing_ = false;
 };

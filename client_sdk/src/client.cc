@@ -321,6 +321,15 @@ absl::StatusOr<std::unique_ptr<DivergenceStream>> Client::watch_divergences(absl
   return impl_->subscriber().watch<DivergenceTraits>(v1::WatchDivergencesRequest(), timeout);
 }
 
+absl::StatusOr<std::unique_ptr<ProgramStream>> Client::watch_programs(const ProgramFilter& filter,
+                                                                      absl::Duration timeout) {
+  v1::WatchProgramsRequest request;
+  for (const BodyId& id : filter.ids) request.add_ids(id.value);
+  request.set_kind(filter.kind);
+  request.set_every_ticks(filter.every_ticks);
+  return impl_->subscriber().watch<ProgramTraits>(request, timeout);
+}
+
 absl::StatusOr<std::unique_ptr<JointStream>> Client::watch_joints(const std::vector<FoundJoint>& joints,
                                                                   std::uint32_t every_ticks,
                                                                   absl::Duration timeout) {

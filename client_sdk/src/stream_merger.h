@@ -67,6 +67,20 @@ inline void join(SeamFrame& whole, SeamFrame part) {
   }
 }
 
+// Of a program that has changed servers, and is told twice since parts were left out, the later sample
+// counts.
+inline void join(ProgramFrame& whole, ProgramFrame part) {
+  const auto place = [](const ProgramSample& of) { return std::pair(of.body, of.program); };
+  join(whole.programs, std::move(part.programs), [&](const auto& x, const auto& y) {
+    return std::pair(place(x), y.tick) < std::pair(place(y), x.tick);
+  });
+  const auto again = std::ranges::unique(whole.programs, {}, place);
+  whole.programs.erase(again.begin(), again.end());
+}
+
+// Of one server: `later` becomes what it would have told, had it not told `earlier`.
+inline void carry_over(ProgramFrame& later, ProgramFrame earlier) { join(later, std::move(earlier)); }
+
 // Where a part of a tick comes from: see StreamSource in tessera.proto.
 struct PartOrigin {
   std::uint64_t load = 0;

@@ -54,6 +54,33 @@ TEST(StreamMergerTest, TicksThatNotAllTellOfAreLeftOut) {
   EXPECT_EQ(merger.skipped(), 2u);
 }
 
+// The server that has lost a body tells of it late, since what it told before was left out.
+TEST(StreamMergerTest, OfAProgramToldTwiceTheLaterSampleCounts) {
+  StreamMerger<ProgramFrame> merger;
+  const auto told = [](Tick tick, std::vector<double> values) {
+    return ProgramFrame{tick,
+                        {{.body = BodyId{3}, .kind = "imu", .values = std::move(values), .tick = tick}}};
+  };
+  merger.push(server(0, 2), told(1, {0.5}));  // left out: the other one tells nothing of it
+  merger.push(server(0, 2), {2, {}});
+  merger.push(server(1, 2), told(2, {0.25}));
+  const ProgramFrame frame = merger.next(kNow).value();
+  ASSERT_EQ(frame.programs.size(), 1u);
+  EXPECT_EQ(frame.programs[0].values, std::vector<double>{0.25});
+}
+
+TEST(StreamMergerTest, WhatOfProgramsWasLeftOutComesLater) {
+  StreamMerger<ProgramFrame> merger;
+  merger.push(server(0, 2),
+              {1, {{.body = BodyId{3}, .values = {1}, .tick = 1}, {.body = BodyId{5}, .tick = 1}}});
+  merger.push(server(0, 2), {2, {{.body = BodyId{3}, .values = {2}, .tick = 2}}});
+  merger.push(server(1, 2), {2, {}});
+  const ProgramFrame frame = merger.next(kNow).value();
+  ASSERT_EQ(frame.programs.size(), 2u);
+  EXPECT_EQ(frame.programs[0].values, std::vector<double>{2});
+  EXPECT_EQ(frame.programs[1].body, BodyId{5});
+}
+
 // The end comes from the server that had the two bodies, the begin from the one that has them now.
 TEST(StreamMergerTest, AContactEndsBeforeItBeginsAnew) {
   StreamMerger<ContactFrame> merger;

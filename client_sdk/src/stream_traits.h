@@ -134,4 +134,37 @@ struct DivergenceTraits {
   }
 };
 
+struct ProgramTraits {
+  using Reader = PlainReader<ProgramTraits>;
+  using Frame = ProgramFrame;
+  using Request = v1::WatchProgramsRequest;
+  using Batch = v1::ProgramBatch;
+
+  static auto open(v1::Streams::Stub& stub, grpc::ClientContext* context, const Request& request) {
+    return stub.WatchPrograms(context, request);
+  }
+  static absl::StatusOr<Frame> read(const Batch& batch) {
+    const auto corrupt = [] { return absl::DataLossError("it told of programs in columns that do not fit"); };
+    const int count = batch.bodies_size();
+    for (const int other :
+         {batch.programs_size(), batch.kind_size(), batch.counts_size(), batch.stopped_size()})
+      if (other != count) return corrupt();
+    Frame frame{batch.tick(), {}};
+    auto value = batch.values().begin();
+    for (int n = 0; n < count; ++n) {
+      const bool has_kind = batch.kind(n) < static_cast<std::uint32_t>(batch.kinds_size());
+      if (!has_kind || batch.counts(n) > batch.values().end() - value) return corrupt();
+      ProgramSample& sample = frame.programs.emplace_back();
+      sample.body = BodyId{batch.bodies(n)};
+      sample.program = batch.programs(n);
+      sample.kind = batch.kinds(static_cast<int>(batch.kind(n)));
+      sample.stopped = batch.stopped(n);
+      sample.values.assign(value, value + batch.counts(n));
+      sample.tick = batch.tick();
+      value += batch.counts(n);
+    }
+    return frame;
+  }
+};
+
 }  // namespace tessera

@@ -6,17 +6,23 @@
 
 namespace tessera {
 
-void for_each_programmed(const Partition& partition, const std::function<void(const BodyRecord&)>& visit) {
+void for_each_programmed(const Partition& partition, absl::FunctionRef<void(const ProgramsView&)> visit) {
   std::vector<const HomeBody*> bodies;
   for (const auto& [index, sector] : partition.sectors)
     bodies.insert(bodies.end(), sector->programmed.begin(), sector->programmed.end());
   std::ranges::sort(bodies, {}, &HomeBody::id);
-  for (const HomeBody* body : bodies) visit(record_of(*body));
+  for (const HomeBody* body : bodies) visit({body->id, body->programs});
+}
+
+std::optional<ProgramsView> programs_of(const Partition& partition, BodyId id) {
+  const auto found = partition.bodies.find(id);
+  if (found == partition.bodies.end() || found->second->programs.empty()) return std::nullopt;
+  return ProgramsView{id, found->second->programs};
 }
 
 WorldHash program_hash_of(const Partition& partition) {
   WorldHash sum;
-  for_each_programmed(partition, [&](const BodyRecord& body) { sum.add_programs(body); });
+  for_each_programmed(partition, [&](const ProgramsView& of) { sum.add_programs(of.id, of.programs); });
   return sum;
 }
 

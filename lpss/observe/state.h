@@ -1,6 +1,8 @@
 // The state of the bodies that a partition hosts; between ticks.
 #pragma once
 
+#include <absl/functional/function_ref.h>
+
 #include <functional>
 #include <optional>
 #include <span>
@@ -20,8 +22,17 @@ WorldHash program_hash_of(const Partition& partition);
 // Calls `visit` for each dynamic and kinematic body, in ascending order of ids.
 void for_each_body(const Partition& partition, const std::function<void(const BodyRecord&)>& visit);
 
-// Likewise for those that have programs.
-void for_each_programmed(const Partition& partition, const std::function<void(const BodyRecord&)>& visit);
+// The programs of a body, which has some. Valid within a visit, and until the next tick.
+struct ProgramsView {
+  BodyId id;
+  const std::vector<ProgramRecord>& programs;
+};
+
+// Likewise of those that have programs.
+void for_each_programmed(const Partition& partition, absl::FunctionRef<void(const ProgramsView&)> visit);
+
+// Nothing where the body lives elsewhere, or has none.
+std::optional<ProgramsView> programs_of(const Partition& partition, BodyId id);
 
 // What one needs of many bodies, without copies of their properties. Valid within a visit.
 struct BodyView {

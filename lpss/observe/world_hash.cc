@@ -40,7 +40,7 @@ void WorldHash::add(const BodyRecord& record, const SectorIndex& anchor) {
   add(WorldHash(hash.low64, hash.high64));
 }
 
-void WorldHash::add_programs(const BodyRecord& record) {
+void WorldHash::add_programs(BodyId body, const std::vector<ProgramRecord>& programs) {
   std::string bytes;
   const auto append = [&](const void* data, std::size_t size) {
     bytes.append(static_cast<const char*>(data), size);
@@ -48,10 +48,10 @@ void WorldHash::add_programs(const BodyRecord& record) {
   const auto append_numbers = [&](const std::vector<double>& numbers) {
     append(numbers.data(), numbers.size() * sizeof(double));
   };
-  for (std::size_t place = 0; place < record.programs.size(); ++place) {
-    const ProgramRecord& program = record.programs[place];
+  for (std::size_t place = 0; place < programs.size(); ++place) {
+    const ProgramRecord& program = programs[place];
     bytes.assign(program.kind);
-    append(&record.id.value, sizeof record.id.value);
+    append(&body.value, sizeof body.value);
     append(&place, sizeof place);
     append_numbers(program.parameters);
     append_numbers(program.inputs);

@@ -4,6 +4,7 @@
 #include <compare>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "lpss/model/body.h"
 
@@ -17,9 +18,9 @@ class WorldHash {
   void add(const BodyRecord& record, const SectorIndex& anchor);
   void add(const WorldHash& other);
 
-  // Likewise of the numbers of all programs of the body, and of why they were stopped: for a hash apart from
+  // Likewise of the numbers of all programs of a body, and of why they were stopped: for a hash apart from
   // that of bodies.
-  void add_programs(const BodyRecord& record);
+  void add_programs(BodyId body, const std::vector<ProgramRecord>& programs);
 
   // 32 hexadecimal digits.
   std::string to_string() const;

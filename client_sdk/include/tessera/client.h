@@ -335,6 +335,10 @@ class Client {
   // Bodies that diverge. The first frame is empty: its tick is the one from which on the stream is complete.
   absl::StatusOr<std::unique_ptr<DivergenceStream>> watch_divergences(absl::Duration timeout = kCallTimeout);
 
+  // What programs publish. That a body is gone is told by watch_bodies() alone.
+  absl::StatusOr<std::unique_ptr<ProgramStream>> watch_programs(const ProgramFilter& filter = {},
+                                                                absl::Duration timeout = kCallTimeout);
+
   // The positions of `joints`, from the states of their bodies at each tick. INVALID_ARGUMENT if there are
   // none.
   absl::StatusOr<std::unique_ptr<JointStream>> watch_joints(const std::vector<FoundJoint>& joints,

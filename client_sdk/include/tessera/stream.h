@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "lpss/grid/world_position.h"
@@ -141,6 +142,29 @@ struct DivergenceFrame {
       divergences;  // ascending by (body, kind); of each server, the first kDivergencesKept
 };
 
+// Selects programs: those that match all of it.
+struct ProgramFilter {
+  std::vector<BodyId> ids = {};   // of bodies; empty: all that have programs
+  std::string kind = {};          // "imu", or the name of a module; empty: all
+  std::uint32_t every_ticks = 1;  // only ticks that are multiples of this
+};
+
+struct ProgramSample {
+  BodyId body;
+  std::uint32_t program = 0;  // its place on the body
+  std::string kind;
+  bool stopped = false;        // by a fault, which Client::programs() tells
+  std::vector<double> values;  // its state; Client::programs() names them in this order
+  Tick tick = 0;               // at whose end they were so: at most that of the frame
+};
+
+// The programs of bodies on which any has changed since the frame before; of all in the first frame, and
+// again of some that have changed servers.
+struct ProgramFrame {
+  Tick tick = 0;
+  std::vector<ProgramSample> programs;  // ascending by (body, program)
+};
+
 // A subscription; ends when it is destroyed. At most kFramesQueuedMax ticks per server are buffered here, and
 // some thousands at the server; a reader that falls further behind loses the subscription
 // (RESOURCE_EXHAUSTED). For one reading thread; any thread may call cancel().
@@ -167,6 +191,7 @@ using BodyStream = Stream<BodyFrame>;
 using ContactStream = Stream<ContactFrame>;
 using SeamStream = Stream<SeamFrame>;
 using DivergenceStream = Stream<DivergenceFrame>;
+using ProgramStream = Stream<ProgramFrame>;
 
 inline constexpr std::size_t kFramesQueuedMax = 256;
 

@@ -59,3 +59,20 @@ def test_what_is_wrong_is_named(client: tessera.Client) -> None:
         client.tell_program("ground", x=1)
     with pytest.raises(tessera.errors.NotFound, match='no program "walker"'):
         client.spawn(tessera.Body("other", tessera.box(1, 1, 1), programs=[tessera.Program("walker")]))
+
+
+def test_what_they_publish_is_streamed(client: tessera.Client) -> None:
+    client.tell_program("loaded", x=1.5)
+    with client.watch_programs(kind="character") as frames:
+        tick = client.step(20)
+        known: dict[int, tessera.ProgramSample] = {}
+        for frame in frames:
+            known |= {sample.body: sample for sample in frame.programs}
+            if frame.tick >= tick:
+                break
+    (found,) = client.programs()
+    sample = known[found.body]
+    assert (sample.program, sample.kind, sample.stopped) == (0, "character", False)
+    assert sample.values.tolist() == list(found.values.values())
+    with client.watch_programs(kind="imu") as frames:
+        assert next(iter(frames)).programs == []

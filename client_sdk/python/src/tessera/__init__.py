@@ -14,7 +14,7 @@ from tessera._proto.command_pb2 import Command
 from tessera._proto.world_pb2 import Shape
 from tessera.body import Body, Motion, Program, Surface
 from tessera.body_streams import BodyStream
-from tessera.client import Client, ContactStream, DivergenceStream, SeamStream, Status
+from tessera.client import Client, ContactStream, DivergenceStream, ProgramStream, SeamStream, Status
 from tessera.cluster import Cluster
 from tessera.commands import PlacedBody, PlacedJoint
 from tessera.errors import (
@@ -42,6 +42,8 @@ from tessera.frame import (
     DivergenceKind,
     FoundContacts,
     Phase,
+    ProgramFrame,
+    ProgramSample,
     SeamFrame,
     Trajectory,
 )
@@ -144,6 +146,9 @@ __all__ = [
     "PlacedJoint",
     "Precision",
     "Program",
+    "ProgramFrame",
+    "ProgramSample",
+    "ProgramStream",
     "Query",
     "RayHit",
     "RayHits",

@@ -26,10 +26,12 @@ from tessera.frame import (
     BodyFrame,
     ContactFrame,
     DivergenceFrame,
+    ProgramFrame,
     SeamFrame,
     Trajectory,
     contact_frame,
     divergence_frame,
+    program_frame,
     seam_frame,
     trajectory,
 )
@@ -58,6 +60,7 @@ Balance: TypeAlias = tessera_pb2.BalanceReply
 
 ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
 DivergenceStream: TypeAlias = Stream[tessera_pb2.DivergenceBatch, DivergenceFrame]
+ProgramStream: TypeAlias = Stream[tessera_pb2.ProgramBatch, ProgramFrame]
 SeamStream: TypeAlias = Stream[tessera_pb2.SeamBatch, SeamFrame]
 
 T = TypeVar("T")
@@ -475,6 +478,20 @@ class Client(CommandMethods, QueryMethods):
         request = tessera_pb2.WatchDivergencesRequest()
         return self._watch("WatchDivergences", request, divergence_frame, timeout)
 
+    def watch_programs(
+        self,
+        ids: Iterable[int] = (),
+        *,
+        kind: str = "",
+        every_ticks: int = 1,
+        timeout: float | None = CALL_TIMEOUT_S,
+    ) -> ProgramStream:
+        """What programs publish: those of the bodies `ids`, without any of all, and of one kind if there is a `kind`
+        ("imu", or the name of a module). That a body is gone is told by `watch_bodies()` alone.
+        """
+        request = tessera_pb2.WatchProgramsRequest(ids=id_list(ids), kind=kind, every_ticks=every_ticks)
+        return self._watch("WatchPrograms", request, program_frame, timeout, of_changes=True)
+
     # --- servers ---
 
     def drain(self, node: int, timeout: float | None = LOAD_TIMEOUT_S) -> int:
@@ -512,10 +529,15 @@ class Client(CommandMethods, QueryMethods):
         return tick
 
     def _watch(
-        self, method: str, request: Any, read: Callable[[int, list[Part]], Frame], timeout: float | None
+        self,
+        method: str,
+        request: Any,
+        read: Callable[[int, list[Part]], Frame],
+        timeout: float | None,
+        of_changes: bool = False,
     ) -> Stream[Part, Frame]:
         status = self._watchable(timeout)
-        return Stream(method, request, read, status, self.status, self._gateway, self._keys, timeout)
+        return Stream(method, request, read, status, self.status, self._gateway, self._keys, timeout, of_changes)
 
     def _subscriber(self) -> BodySubscriber:
         return BodySubscriber(self._watchable, self.status, self._gateway, self._keys)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TypeAlias
 
@@ -198,6 +198,28 @@ class DivergenceFrame:
 
 
 @dataclass(frozen=True, eq=False)
+class ProgramSample:
+    """What a program publishes."""
+
+    body: int
+    program: int  # its place on the body
+    kind: str
+    stopped: bool  # by a fault, which `Client.programs()` tells
+    values: Floats  # [v], its state; `Client.programs()` names them in this order
+    tick: int  # at whose end they were so: at most that of the frame
+
+
+@dataclass(frozen=True, eq=False)
+class ProgramFrame:
+    """The programs of bodies on which any has changed since the frame before, ascending by (body, program); of all in
+    the first frame, and again of some that have changed servers.
+    """
+
+    tick: int
+    programs: Sequence[ProgramSample]
+
+
+@dataclass(frozen=True, eq=False)
 class SeamFrame:
     """Copies of bodies in sectors other than their homes, where contact with them is imminent, and awake islands across
     borders, at one tick.
@@ -327,6 +349,24 @@ def divergence_frame(tick: int, parts: Iterable[tessera_pb2.DivergenceBatch]) ->
 
 def to_divergence(message: tessera_pb2.Divergence) -> Divergence:
     return Divergence(message.tick, message.body, DivergenceKind(message.kind), message.joint)
+
+
+def program_frame(tick: int, parts: Iterable[tessera_pb2.ProgramBatch]) -> ProgramFrame:
+    """Likewise for programs. Of one that is told twice, the later sample counts."""
+    known = {
+        (sample.body, sample.program): sample
+        for part in sorted(parts, key=lambda part: part.tick)
+        for sample in _programs_of(part)
+    }
+    return ProgramFrame(tick, [known[place] for place in sorted(known)])
+
+
+def _programs_of(part: tessera_pb2.ProgramBatch) -> Iterator[ProgramSample]:
+    values = np.array(part.values, dtype=np.float64)
+    ends = np.cumsum(np.array(part.counts, dtype=np.int64))
+    rows = zip(part.bodies, part.programs, part.kind, part.stopped, np.split(values, ends[:-1]))
+    for body, program, kind, stopped, own in rows:
+        yield ProgramSample(body, program, part.kinds[kind], stopped, own, part.tick)
 
 
 def seam_frame(tick: int, parts: Sequence[tessera_pb2.SeamBatch]) -> SeamFrame:
