@@ -21,7 +21,11 @@ const Program& mover_program();
 const Program& pad_program();
 const Program& pid_program();
 const Program& portal_program();
+const Program& pose_program();
+const Program& ranger_program();
+const Program& satellite_program();
 const Program& thruster_program();
+const Program& touch_program();
 const Program& tracks_program();
 const Program& trajectory_program();
 const Program& vehicle_program();
@@ -29,12 +33,13 @@ const Program& wander_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 20> builtin_programs() {
-  return {&ackermann_program(),  &altimeter_program(),  &breaker_program(),  &character_program(),
-          &diff_drive_program(), &field_program(),      &floater_program(),  &imu_program(),
-          &load_program(),       &motorcycle_program(), &mover_program(),    &pad_program(),
-          &pid_program(),        &portal_program(),     &thruster_program(), &tracks_program(),
-          &trajectory_program(), &vehicle_program(),    &wander_program(),   &wing_program()};
+inline std::array<const Program*, 24> builtin_programs() {
+  return {&ackermann_program(),  &altimeter_program(),  &breaker_program(), &character_program(),
+          &diff_drive_program(), &field_program(),      &floater_program(), &imu_program(),
+          &load_program(),       &motorcycle_program(), &mover_program(),   &pad_program(),
+          &pid_program(),        &portal_program(),     &pose_program(),    &ranger_program(),
+          &satellite_program(),  &thruster_program(),   &touch_program(),   &tracks_program(),
+          &trajectory_program(), &vehicle_program(),    &wander_program(),  &wing_program()};
 }
 
 }  // namespace tessera

@@ -34,9 +34,8 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
   EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(record.status().message(),
             "there is no program \"walker\"; there are: ackermann, altimeter, breaker, character, "
-            "diff_drive, field, floater, imu, load, motorcycle, mover, pad, pid, portal, thruster, tracks, "
-            "trajectory, vehicle, "
-            "wander, wing");
+            "diff_drive, field, floater, imu, load, motorcycle, mover, pad, pid, portal, pose, ranger, "
+            "satellite, thruster, touch, tracks, trajectory, vehicle, wander, wing");
 }
 
 // A snapshot, which has what programs do in the next tick, can be restored.

@@ -142,5 +142,172 @@ TEST(Altimeter, HasTheNoiseThatItIsGiven) {
   EXPECT_NEAR(std::sqrt(climb_squares / kTicks), 0.1, 0.1 * 0.1);
 }
 
+// Five metres in front of a wall, at an angle: 5 m / cos.
+TEST(Ranger, MeasuresAlongItsFanOverSectors) {
+  WorldBuilder builder(settings_of(4));
+  add_box(builder, "wall", {1, 60, 4}, {5.6, 0.2, 0.4}, Motion::kStatic);
+  const std::vector<std::pair<absl::string_view, double>> fan = {
+      {"x", 0.3}, {"rays", 5}, {"angle", 2.4}, {"heading", 0.2}, {"elevation", 0.1}, {"most", 20}};
+  add_box(builder, "box", {0.5, 0.5, 0.5}, {-0.2, 0.2, 0.4}, Motion::kKinematic)
+      .programs.push_back(example_program("ranger", {fan.begin(), fan.end()}));
+  for (const std::uint32_t partitions : {1u, 4u}) {
+    Watched world(builder, partitions);
+    world.step();
+    const BodyRecord body = world.body("box");
+    for (int ray = 0; ray < 5; ++ray) {
+      const double angle = 0.2 - 1.2 + 0.6 * ray;
+      const double expected = std::min(5 / (std::cos(angle) * std::cos(0.1)), 20.0);
+      EXPECT_NEAR(value_of(body, "range_" + std::to_string(ray)), expected, 1e-4) << ray;
+    }
+    EXPECT_EQ(value_of(body, "range_4"), 20) << "there it meets nothing near enough";
+    EXPECT_EQ(value_of(body, "hits"), 4);
+    EXPECT_NEAR(value_of(body, "nearest"), 5 / (std::cos(0.2) * std::cos(0.1)), 1e-4);
+    EXPECT_EQ(value_of(body, "range_5"), 0) << "no ray of this one";
+  }
+}
+
+TEST(Ranger, SeesWhatIsFarEnoughAndOfItsCategories) {
+  WorldBuilder builder(settings_of());
+  add_box(builder, "near", {0.2, 1, 1}, {1, 0, 1}, Motion::kStatic).properties.category = 2;
+  add_box(builder, "far", {0.2, 1, 1}, {3, 0, 1}, Motion::kStatic).properties.category = 4;
+  const auto add = [&](const std::string& name, const ProgramNumbers& numbers) {
+    add_box(builder, name, {0.1, 0.1, 0.1}, {0, 0, 1}, Motion::kKinematic)
+        .programs.push_back(example_program("ranger", numbers));
+  };
+  add("of_all", {{"mask", 6}});
+  add("of_far", {{"mask", 4}});
+  add("beyond", {{"mask", 6}, {"least", 2}});
+  Watched world(builder);
+  world.step();
+  EXPECT_NEAR(value_of(world.body("of_all"), "range_0"), 0.9, 1e-5);
+  EXPECT_NEAR(value_of(world.body("of_far"), "range_0"), 2.9, 1e-5);
+  EXPECT_NEAR(value_of(world.body("beyond"), "range_0"), 2.9, 1e-5);
+}
+
+// What lies on a slope is pressed with m g cos, along its own z axis.
+TEST(Touch, ShowsTheWeightOnASlope) {
+  constexpr double kMass = 3;
+  for (const double angle : {0.0, 0.35}) {
+    WorldBuilder builder(settings_of(2));
+    add_slope(builder, angle);
+    BodyDescription& box = add_box(builder, "box", {0.5, 0.5, 0.5}, {0, 0, 0}, Motion::kDynamic, kMass);
+    box.pose.orientation = Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitY());
+    box.pose.position.local = box.pose.orientation * Eigen::Vector3d(0, 0, 0.25);
+    box.programs.push_back(example_program("touch", {{"threshold", 1}}));
+    box.programs.push_back(example_program("touch", {{"threshold", 100}}));
+    for (const std::uint32_t partitions : {1u, 4u}) {
+      Watched world(builder, partitions);
+      world.run(2);
+      const BodyRecord body = world.body("box");
+      const double expected = kMass * kG * std::cos(angle);
+      EXPECT_NEAR(value_of(body, "force"), expected, 0.05);
+      EXPECT_NEAR((vector_of(body, "force") - Eigen::Vector3d(0, 0, expected)).norm(), 0, 0.05);
+      EXPECT_EQ(value_of(body, "body"), 1) << "the slope";
+      EXPECT_EQ(value_of(body, "touches"), 1);
+      EXPECT_EQ(value_of(body, "touches", 1), 0);
+    }
+  }
+}
+
+TEST(Touch, FeelsNothingInTheAir) {
+  WorldBuilder builder(settings_of());
+  builder.add_floor(50, 0);
+  add_box(builder, "box", {0.5, 0.5, 0.5}, {0.1, 0.2, 50}, Motion::kDynamic)
+      .programs.push_back(example_program("touch"));
+  Watched world(builder);
+  world.run(0.5);
+  for (const char* name : {"touches", "body", "force", "force_x", "force_y", "force_z"})
+    EXPECT_EQ(value_of(world.body("box"), name), 0) << name;
+}
+
+// It flies and turns as it was thrown.
+TEST(PoseSensor, ShowsTheWayTheTurnAndTheVelocityFromTheBody) {
+  constexpr double kRate = 0.5;  // rad/s
+  WorldSettings settings = settings_of(2);
+  settings.gravity = UniformGravity{{0, 0, 0}};
+  WorldBuilder builder(settings);
+  BodyDescription& ball = builder.add("ball", builder.shape(Sphere{0.2}), 1, {0.1, 0.2, 1});
+  ball.linear_velocity = {3, 0, -1};
+  ball.angular_velocity = {0, 0, kRate};
+  ball.programs.push_back(example_program("pose"));
+  Watched world(builder, 4);
+  world.run(2);
+  const BodyRecord body = world.body("ball");
+  const auto [sin, cos] = std::pair(std::sin(2 * kRate), std::cos(2 * kRate));
+  EXPECT_NEAR(value_of(body, "x"), 6, 1e-4);
+  EXPECT_NEAR(value_of(body, "y"), 0, 1e-4);
+  EXPECT_NEAR(value_of(body, "z"), -2, 1e-4);
+  EXPECT_NEAR(value_of(body, "qz"), std::sin(kRate), 1e-4);
+  EXPECT_NEAR(value_of(body, "qw"), std::cos(kRate), 1e-4);
+  EXPECT_NEAR((vector_of(body, "velocity") - Eigen::Vector3d(3 * cos, -3 * sin, -1)).norm(), 0, 1e-3);
+  EXPECT_NEAR((vector_of(body, "rate") - Eigen::Vector3d(0, 0, kRate)).norm(), 0, 1e-5);
+}
+
+// d / (M + h) to the north and d / ((N + h) cos) to the east, by the radii of the ellipsoid there; and d^2 /
+// 2R up from it, as the plane of the world leaves the earth.
+TEST(SatelliteReceiver, CountsDegreesAsTheEarthIsCurved) {
+  constexpr double kLatitude = 60;
+  constexpr double kHeight = 250;
+  constexpr double kEquator = 6378137;
+  constexpr double kSquare = 0.00669437999014;
+  constexpr double kDegree = EIGEN_PI / 180;
+  const double root = std::sqrt(1 - kSquare * std::pow(std::sin(kLatitude * kDegree), 2));
+  const double north_radius = kEquator * (1 - kSquare) / std::pow(root, 3) + kHeight;
+  const double east_radius = kEquator / root + kHeight;
+  for (const bool goes_north : {false, true}) {
+    WorldSettings settings = settings_of();
+    settings.gravity = UniformGravity{{0, 0, 0}};
+    WorldBuilder builder(settings);
+    BodyDescription& ball = builder.add("ball", builder.shape(Sphere{0.2}), 1, {0.1, 0.2, 1});
+    ball.linear_velocity = {500, 0, 0};
+    ball.programs.push_back(example_program("satellite", {{"latitude", kLatitude},
+                                                          {"longitude", 179.99},
+                                                          {"height", kHeight},
+                                                          {"heading", goes_north ? 90 : 0}}));
+    Watched world(builder, 4);
+    world.step();
+    const double first = world.position("ball").x() - 0.1;
+    world.run(4);
+    const BodyRecord body = world.body("ball");
+    const double way = world.position("ball").x() - 0.1;
+    EXPECT_NEAR(way, 2000 + first, 0.1);
+    const double radius = goes_north ? north_radius : east_radius;
+    EXPECT_NEAR(value_of(body, "height"), kHeight + way * way / (2 * radius), 1e-3);
+    const double turned = way / radius / kDegree;  // degrees
+    if (goes_north) {
+      EXPECT_NEAR((value_of(body, "latitude") - kLatitude) / turned, 1, 1e-5);
+      EXPECT_NEAR(value_of(body, "longitude"), 179.99, 1e-9);
+    } else {
+      // Beyond 180 degrees east is the west.
+      EXPECT_NEAR((value_of(body, "longitude") + 360 - 179.99) * std::cos(kLatitude * kDegree) / turned, 1,
+                  1e-5);
+    }
+    EXPECT_NEAR(value_of(body, goes_north ? "north" : "east"), 500, 1e-2);
+    EXPECT_NEAR(value_of(body, goes_north ? "east" : "north"), 0, 1e-6);
+  }
+}
+
+TEST(SatelliteReceiver, IsWhereItIsSaidToBeAnywhereOnEarth) {
+  WorldSettings settings = settings_of();
+  settings.gravity = UniformGravity{{0, 0, 0}};
+  WorldBuilder builder(settings);
+  const std::vector<double> latitudes = {-90, -45, -1e-3, 0, 12.5, 52.2, 90};
+  for (const double latitude : latitudes) {
+    add_box(builder, std::to_string(latitude), {0.1, 0.1, 0.1}, {latitude / 10, 0, 1}, Motion::kKinematic)
+        .programs.push_back(
+            example_program("satellite", {{"latitude", latitude}, {"longitude", -70.5}, {"height", 9000}}));
+  }
+  Watched world(builder);
+  world.step();
+  for (const double latitude : latitudes) {
+    const BodyRecord body = world.body(std::to_string(latitude));
+    EXPECT_NEAR(value_of(body, "latitude"), latitude, 1e-9);
+    if (std::abs(latitude) < 90) {
+      EXPECT_NEAR(value_of(body, "longitude"), -70.5, 1e-9);
+    }
+    EXPECT_NEAR(value_of(body, "height"), 9000, 1e-5);
+  }
+}
+
 }  // namespace
 }  // namespace tessera

@@ -1,0 +1,135 @@
+// Satellite: latitude, longitude and height, as a receiver of satellite navigation shows them.
+//
+// The world is a plane that touches the ellipsoid of WGS 84 where the body started (National Imagery and
+// Mapping Agency, TR8350.2, 2000). Positions go through coordinates from the centre of the earth, and back by
+// Bowring's formula (The accuracy of geodetic latitude and height equations, Survey Review 28, 1985), which
+// is exact to far less than a millimetre at all heights that one flies at.
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "lpss/base/portable_math.h"
+#include "lpss/programs/builtin.h"
+#include "lpss/programs/noise.h"
+#include "lpss/programs/numbers.h"
+
+namespace tessera {
+namespace satellite {
+namespace {
+
+constexpr double kEquator = 6378137;                         // m, the radius at the equator
+constexpr double kFlattening = 1 / 298.257223563;            // of the ellipsoid
+constexpr double kPole = kEquator * (1 - kFlattening);       // m, the radius at a pole
+constexpr double kSquare = kFlattening * (2 - kFlattening);  // of the first eccentricity
+constexpr double kDegree = std::numbers::pi / 180;
+
+enum class Parameter { kLatitude, kLongitude, kHeight, kHeading, kNoise, kHeightNoise, kVelocityNoise };
+constexpr auto kParameters = std::to_array<NumberSpec>({
+    {"latitude", "deg", 0, -90, 90, "Of where the body started; above 0 in the north,"},
+    {"longitude", "deg", 0, -180, 180, "likewise; above 0 in the east,"},
+    {"height", "m", 0, -1e4, 1e6, "and its height above the ellipsoid."},
+    {"heading", "deg", 0, -360, 360, "Of the world's x axis: 0 is east, 90 north."},
+    {"noise", "m", 0, 0, 1e4, "The standard deviation to the east and to the north, each, in a tick."},
+    {"height_noise", "m", 0, 0, 1e4, "And of the height."},
+    {"velocity_noise", "m/s", 0, 0, 1e3, "And of each velocity."},
+});
+
+enum class Value { kLatitude, kLongitude, kHeight, kEast, kNorth, kUp };
+constexpr auto kValues = std::to_array<NumberSpec>({
+    {"latitude", "deg", 0, 0, 0, "Of the centre of mass."},
+    {"longitude", "deg", 0, 0, 0, "Likewise, within 180 degrees."},
+    {"height", "m", 0, 0, 0, "Above the ellipsoid."},
+    {"east", "m/s", 0, 0, 0,
+     "The velocity along the plane that touches the earth at the start, to the east,"},
+    {"north", "m/s", 0, 0, 0, "to the north,"},
+    {"up", "m/s", 0, 0, 0, "and upwards."},
+});
+
+struct Place {
+  double latitude = 0;   // rad
+  double longitude = 0;  // rad
+  double height = 0;     // m
+};
+
+// East, north and up at a place, as columns, from the axes of the earth.
+Eigen::Matrix3d axes_at(const Place& place) {
+  const auto [sin, cos] = portable::sincos(place.latitude);
+  const auto [sin_of_longitude, cos_of_longitude] = portable::sincos(place.longitude);
+  Eigen::Matrix3d axes;
+  axes.col(0) << -sin_of_longitude, cos_of_longitude, 0;
+  axes.col(1) << -sin * cos_of_longitude, -sin * sin_of_longitude, cos;
+  axes.col(2) << cos * cos_of_longitude, cos * sin_of_longitude, sin;
+  return axes;
+}
+
+// m, from the centre of the earth.
+Eigen::Vector3d point_at(const Place& place) {
+  const double sin = portable::sincos(place.latitude).sin;
+  const double radius = kEquator / std::sqrt(1 - kSquare * sin * sin);  // of the curve to the east
+  const Eigen::Vector3d up = axes_at(place).col(2);
+  return {(radius + place.height) * up.x(), (radius + place.height) * up.y(),
+          (radius * (1 - kSquare) + place.height) * up.z()};
+}
+
+Place place_of(const Eigen::Vector3d& point) {
+  const double from_axis = std::sqrt(point.x() * point.x() + point.y() * point.y());
+  const double from_centre = std::sqrt(from_axis * from_axis + point.z() * point.z());
+  // The angle of the point below it, were the ellipsoid a sphere.
+  const double reduced = portable::atan2(
+      kPole * point.z() * (1 + (kSquare / (1 - kSquare)) * kPole / from_centre), kEquator * from_axis);
+  const auto [sin, cos] = portable::sincos(reduced);
+  Place place;
+  place.latitude = portable::atan2(point.z() + kSquare / (1 - kSquare) * kPole * sin * sin * sin,
+                                   from_axis - kSquare * kEquator * cos * cos * cos);
+  place.longitude = portable::atan2(point.y(), point.x());
+  const auto [rise, flat] = portable::sincos(place.latitude);
+  place.height = from_axis * flat + point.z() * rise - kEquator * std::sqrt(1 - kSquare * rise * rise);
+  return place;
+}
+
+class Satellite final : public Program {
+ public:
+  absl::string_view kind() const override { return "satellite"; }
+  absl::string_view summary() const override {
+    return "Measures latitude, longitude and height on the earth, from those of where its body started.";
+  }
+  std::span<const NumberSpec> parameters() const override { return kParameters; }
+  std::span<const NumberSpec> inputs() const override { return {}; }
+  std::span<const NumberSpec> values() const override { return kValues; }
+
+  void run(const Senses& senses, std::span<double> values, Actor&) const override {
+    const auto of = [&](Parameter place) { return at(senses.parameters, place); };
+    const Place start{of(Parameter::kLatitude) * kDegree, of(Parameter::kLongitude) * kDegree,
+                      of(Parameter::kHeight)};
+    const Eigen::Vector3d way = eastwards(senses, senses.position() - senses.start);
+    Eigen::Vector3d noise = noise_vector(senses, of(Parameter::kNoise), 0);
+    const double height_noise = of(Parameter::kHeightNoise);
+    noise.z() = height_noise > 0 ? height_noise * normal(senses, 2) : 0;
+    const Place now = place_of(point_at(start) + axes_at(start) * (way + noise));
+    at(values, Value::kLatitude) = now.latitude / kDegree;
+    at(values, Value::kLongitude) = now.longitude / kDegree;
+    at(values, Value::kHeight) = now.height;
+    const Eigen::Vector3d velocity =
+        eastwards(senses, senses.velocity()) + noise_vector(senses, of(Parameter::kVelocityNoise), 3);
+    at(values, Value::kEast) = velocity.x();
+    at(values, Value::kNorth) = velocity.y();
+    at(values, Value::kUp) = velocity.z();
+  }
+
+ private:
+  // A vector of the world along east, north and up.
+  static Eigen::Vector3d eastwards(const Senses& senses, const Eigen::Vector3d& vector) {
+    const auto [sin, cos] = portable::sincos_degrees(at(senses.parameters, Parameter::kHeading));
+    return {cos * vector.x() - sin * vector.y(), sin * vector.x() + cos * vector.y(), vector.z()};
+  }
+};
+
+}  // namespace
+}  // namespace satellite
+
+const Program& satellite_program() {
+  static const satellite::Satellite kSatellite;
+  return kSatellite;
+}
+
+}  // namespace tessera
