@@ -30,7 +30,8 @@ struct ContactPoint {
 struct ContactPatch {
   std::uint64_t parts = 0;  // what touches: parts of compounds, triangles of surfaces
   Vector normal;            // unit, from b to a, world axes
-  Vector fixed_normal;      // the same in the frame of the body that it is fixed to
+  // The same in the frame of the body that it is fixed to; 0 if it is predicted.
+  Vector fixed_normal = Vector::Zero();
   bool is_fixed_to_a = false;
   bool is_predicted = false;  // from a sweep: lives for one tick
   std::uint8_t count = 0;

@@ -33,7 +33,7 @@ WorldBuilder rotor_world(const WorldSettings& settings, const ProgramRecord& pro
 
 // Of the first joint, as clients have it.
 JointState state_of_joint(Watched& world, const std::string& parent, const std::string& child) {
-  const JointProperties& joint = joint_records_of(world.world())->at(0).properties;
+  const JointProperties joint = joint_records_of(world.world())->at(0).properties;
   const BodyRecord held = world.body(child);
   const double size = world.world().settings.sector_size;
   JointSide parent_side;
