@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace tessera {
@@ -19,36 +21,52 @@ std::int64_t cells_beyond(double place, double size) {
   return static_cast<std::int64_t>(std::max(-kCellsMax, std::min(cells, kCellsMax)));
 }
 
-// Calls visit(offset) for the sectors that a box comes near to.
-template <typename Visit>
-void for_each_near(const Eigen::AlignedBox3d& box, const SeamMargins& margins, const Visit& visit) {
-  std::int64_t low[3];
-  std::int64_t high[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = -cells_beyond(margins.reach - box.min()[axis], margins.sector_size);
-    high[axis] = cells_beyond(box.max()[axis] + margins.reach, margins.sector_size);
+// The sectors that a box comes near to.
+struct Cells {
+  Cells(const Eigen::AlignedBox3d& box, const SeamMargins& margins) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = -cells_beyond(margins.reach - box.min()[axis], margins.sector_size);
+      high[axis] = cells_beyond(box.max()[axis] + margins.reach, margins.sector_size);
+    }
   }
-  for (std::int64_t i = low[0]; i <= high[0]; ++i) {
-    for (std::int64_t j = low[1]; j <= high[1]; ++j) {
-      for (std::int64_t k = low[2]; k <= high[2]; ++k) {
-        if (i != 0 || j != 0 || k != 0) visit(SectorOffset{i, j, k});
+
+  bool has(const SectorOffset& offset) const {
+    return offset.i >= low[0] && offset.i <= high[0] && offset.j >= low[1] && offset.j <= high[1] &&
+           offset.k >= low[2] && offset.k <= high[2];
+  }
+  // Calls visit(offset) for each but the home.
+  template <typename Visit>
+  void for_each(const Visit& visit) const {
+    for (std::int64_t i = low[0]; i <= high[0]; ++i) {
+      for (std::int64_t j = low[1]; j <= high[1]; ++j) {
+        for (std::int64_t k = low[2]; k <= high[2]; ++k) {
+          if (i != 0 || j != 0 || k != 0) visit(SectorOffset{i, j, k});
+        }
       }
     }
   }
-}
 
-// Those near a body's way, piece by piece.
+  std::int64_t low[3];
+  std::int64_t high[3];
+};
+
+// Those near a body's way, piece by piece. No axis turns back: what a piece shares with any before, it shares
+// with the last one.
 std::vector<SectorOffset> sectors_along(const Eigen::AlignedBox3d& start, const Eigen::Vector3d& way,
                                         const SeamMargins& margins) {
   std::vector<SectorOffset> all;
   const double pieces = std::ceil(way.cwiseAbs().maxCoeff() / margins.sector_size);
+  std::optional<Cells> last;
   for (int n = 0; n < std::min<double>(pieces, kWayPiecesMax); ++n) {
     Eigen::AlignedBox3d piece = start.translated(way * (n / pieces));
     piece.extend(start.translated(way * ((n + 1) / pieces)));
-    for_each_near(piece, margins, [&](const SectorOffset& offset) { all.push_back(offset); });
+    const Cells cells(piece, margins);
+    cells.for_each([&](const SectorOffset& offset) {
+      if (!last || !last->has(offset)) all.push_back(offset);
+    });
+    last = cells;
   }
   std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
 }
 
@@ -72,7 +90,7 @@ OffsetSet sectors_within_reach(const Eigen::AlignedBox3d& swept, const Eigen::Ve
     const Eigen::AlignedBox3d start(swept.min() - way.cwiseMin(0), swept.max() - way.cwiseMax(0));
     return OffsetSet(sectors_along(start, way, margins));
   }
-  for_each_near(swept, margins, [&](const SectorOffset& offset) { result.insert(offset); });
+  Cells(swept, margins).for_each([&](const SectorOffset& offset) { result.insert(offset); });
   return result;
 }
 
@@ -84,7 +102,8 @@ OffsetSet homes_of_slower(const Eigen::AlignedBox3d& swept, const Eigen::Vector3
   const Eigen::AlignedBox3d end(swept.min() + way.cwiseMax(0), swept.max() + way.cwiseMin(0));
   const Eigen::Vector3d around = Eigen::Vector3d::Constant(length);
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(margins.sector_size / 2 + margins.reach);
-  for_each_near({end.min() - around, end.max() + around}, margins, [&](const SectorOffset& offset) {
+  const Cells near({end.min() - around, end.max() + around}, margins);
+  near.for_each([&](const SectorOffset& offset) {
     const Eigen::Vector3d centre =
         margins.sector_size * Eigen::Vector3d(static_cast<double>(offset.i), static_cast<double>(offset.j),
                                               static_cast<double>(offset.k));

@@ -144,6 +144,25 @@ TEST(SectorsWithinReach, OfAFastBodyAreThoseAlongItsWay) {
   }
 }
 
+// A set that has one twice is refused by whoever is told of it.
+TEST(SectorsWithinReach, OfAFastBodyAreEachOfThemOnce) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const auto vector = [&](double size) {
+    return Eigen::Vector3d(size * number(random), size * number(random), size * number(random));
+  };
+  for (int n = 0; n < 200; ++n) {
+    const Eigen::Vector3d corner = vector(kSize / 2);
+    const Eigen::AlignedBox3d start(corner, corner + vector(3 * kSize).cwiseAbs());
+    Eigen::Vector3d way = vector(n % 2 == 0 ? 8 * kSize : 400 * kSize);
+    if (n % 3 == 0) way[n % 2] = 0;
+    Eigen::AlignedBox3d swept = start;
+    swept.extend(start.translated(way));
+    const OffsetSet found = sectors_within_reach(swept, way, kMargins);
+    EXPECT_TRUE(OffsetSet::are_far(found.far())) << n;
+  }
+}
+
 // Straight ways of two bodies that meet.
 TEST(HomesOfSlower, HoldTheHomeOfEveryBodyThatMayBeMet) {
   std::mt19937_64 random(7);
