@@ -203,6 +203,8 @@ Scalar NativeWorld::share_until_deep(BodySlot slot, MeetingsPiece& piece) const 
   piece.near.clear();
   broad_phase_.for_each_in(bounds, [&](BodySlot other_slot) {
     const Body& other = body(other_slot);
+    // The boxes that are searched depend on what the body did before.
+    if (!bounds.overlaps(other.bounds)) return;
     // Where a clone goes is known to its own sector alone.
     if (other_slot == slot || (other.role == Role::kClone && other.is_dynamic())) return;
     if (is_wanted(turning, other)) piece.near.push_back(other_slot);
