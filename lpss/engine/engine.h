@@ -409,9 +409,6 @@ class Engine {
   // Null for an engine that has none.
   virtual std::unique_ptr<WholeWorld> make_whole_world() = 0;
 
-  // False as long as no body of any of its worlds has had a trigger.
-  virtual bool has_triggers() const { return false; }
-
   // Whether import_manifold() can read it: an engine of this kind and precision has written it.
   virtual bool can_read(const ManifoldState& manifold) const = 0;
 

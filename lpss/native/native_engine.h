@@ -1,7 +1,6 @@
 // The engine interface over Tessera's own pipeline, in one precision.
 #pragma once
 
-#include <atomic>
 #include <memory>
 
 #include "lpss/engine/shape_table.h"
@@ -28,8 +27,6 @@ class NativeEngine final : public Engine {
   int substeps(int asked, std::size_t bodies) const override { return needs_.granted(asked, bodies); }
   std::unique_ptr<StagedSolver> make_staged_solver() override;
   std::unique_ptr<WholeWorld> make_whole_world() override { return nullptr; }
-  bool has_triggers() const override { return has_triggers_.load(std::memory_order_relaxed); }
-  void note_trigger() { has_triggers_.store(true, std::memory_order_relaxed); }
   bool can_read(const ManifoldState& manifold) const override;
   void set_apart(BodyId a, BodyId b, bool apart) override { apart_.set(a, b, apart); }
   bool are_apart(BodyId a, BodyId b) const { return apart_.contains(a, b); }
@@ -42,7 +39,6 @@ class NativeEngine final : public Engine {
   const ContactNeeds needs_;
   ApartPairs apart_;
   ShapeTable<BodyForm> forms_;
-  std::atomic<bool> has_triggers_ = false;
 };
 
 }  // namespace tessera::native

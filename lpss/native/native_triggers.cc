@@ -33,7 +33,6 @@ void NativeWorld::add_sensor(BodySlot slot, const std::shared_ptr<const BodyForm
   if (is_whole && triggers && !form->are_all_triggers()) sensor.others = sensing.solid;
   sensor.triggers = triggers ? std::move(triggers) : sensing.solid;
   sensing.set_sensor(std::move(sensor));
-  engine_.note_trigger();
   const auto by_id = [&](BodySlot other, BodyId id) { return body(other).id < id; };
   sensors_.insert(std::lower_bound(sensors_.begin(), sensors_.end(), sensing.id, by_id), slot);
 }

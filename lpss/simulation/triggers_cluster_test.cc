@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <set>
+#include <string>
 #include <tuple>
 #include <vector>
 
@@ -112,6 +113,26 @@ TEST(TriggersOfClusters, AreAlikeOnAnyMap) {
   }
   const auto many = cluster_of(noticing_pile(3), 3);
   EXPECT_EQ(course(*many, kPileTicks), alone) << "shuffled";
+}
+
+// Balls fly out of a trigger, over the border in the same tick, to servers that have no trigger.
+TEST(TriggersOfClusters, EndWhereNobodyHasATrigger) {
+  WorldSettings settings = sectors_of(16);
+  settings.precision = engine_tests::test_precision;
+  settings.gravity = UniformGravity{{0, 0, 0}};
+  WorldBuilder builder(settings);
+  BodyDescription& gate =
+      builder.add("gate", builder.shape(Box{{2, 2, 2}}), 1, {0, 0, 0}, Motion::kKinematic);
+  gate.properties.trigger = true;
+  const ShapeId ball = builder.shape(Sphere{0.1});
+  for (int n = 0; n < 60; ++n) {
+    const Eigen::Vector3d way = Eigen::Vector3d(n % 5 - 2, n % 3 - 1, n % 7 - 3.5).normalized();
+    builder.add("ball" + std::to_string(n), ball, 1, 0.5 * way).linear_velocity = way * (300 + 20 * n);
+  }
+  const Course alone = course(*cluster_of(builder.world(), 1), 10);
+  EXPECT_THAT(alone.begun, Gt(40u));
+  for (const std::uint32_t partitions : {2u, 4u, 8u})
+    EXPECT_EQ(course(*cluster_of(builder.world(), partitions), 10), alone) << partitions;
 }
 
 TEST(TriggersOfClusters, ArePackedWithTheirSectors) {

@@ -73,11 +73,12 @@ void look(const Partition& partition, Tick tick, Sector& sector, Looked& looked)
 std::vector<ContactEvent> look_at_triggers(Partition& partition, Tick tick, const Vacated& vacated,
                                            const ParallelFor& parallel, std::vector<BodyId>& changed) {
   std::vector<ContactEvent> events;
-  if (!partition.engine.has_triggers()) return events;
+  // What has come out of a trigger may have taken the overlap to a server that has none.
   std::vector<Sector*> concerned;
   std::ranges::copy_if(partition.active, std::back_inserter(concerned), [](const Sector* sector) {
     return sector->world && (sector->world->has_triggers() || !sector->overlaps.empty());
   });
+  if (concerned.empty() && vacated.ended_overlaps.empty()) return events;
   std::vector<Looked> by_sector(concerned.size());
   run_parallel(parallel, concerned.size(),
                [&](std::size_t n) { look(partition, tick, *concerned[n], by_sector[n]); });
