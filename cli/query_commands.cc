@@ -308,15 +308,18 @@ void add_watch(CLI::App& app, Action& action) {
                   "N s; not 0: each pair in every tick in which it has at least that, and no ends")
       ->needs(contacts)
       ->capture_default_str();
-  command.add_flag("--divergences", options->divergences, "bodies that leave all range, and are stopped")
-      ->excludes(contacts);
-  CLI::Option* divergences = command.get_option("--divergences");
-  command
-      .add_flag("--programs", options->programs,
-                "the values of programs that change, in the order in which `tessera programs` names them")
+  CLI::Option* divergences =
+      command.add_flag("--divergences", options->divergences, "bodies that leave all range, and are stopped")
+          ->excludes(contacts);
+  CLI::Option* programs =
+      command
+          .add_flag("--programs", options->programs,
+                    "the values of programs that change, in the order in which `tessera programs` names them")
+          ->excludes(contacts)
+          ->excludes(divergences);
+  command.add_flag("--awake", options->awake, "only bodies that are awake")
       ->excludes(contacts)
-      ->excludes(divergences);
-  command.add_flag("--awake", options->awake, "only bodies that are awake")->excludes(contacts);
+      ->excludes(programs);
   command.add_option("--every", options->every, "ticks between two looks at bodies or programs")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
@@ -324,6 +327,7 @@ void add_watch(CLI::App& app, Action& action) {
       .add_option("--bytes-per-second", options->bytes_per_second,
                   "of all servers together, at most; what is too much is told later; 0: no limit")
       ->excludes(contacts)
+      ->excludes(programs)
       ->capture_default_str();
   command.add_option("--frames", options->frames, "end after so many ticks; 0: never");
   on_cluster(command, action,
