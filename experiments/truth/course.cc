@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <variant>
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/gravity.h"
+#include "lpss/programs/registry.h"
 #include "lpss/simulation/simulation.h"
 
 namespace tessera::truth {
@@ -37,6 +39,15 @@ std::span<const Glance> Course::between(const std::string& body, double from, do
   return std::span(glances).subspan(begin, end > begin ? end - begin : 0);
 }
 
+double Course::published(const std::string& body, const std::string& value) const {
+  for (const ProgramRecord& record : programs_.at(id(body))) {
+    const std::optional<std::uint32_t> place = place_of(value, find_program(record.kind)->values());
+    if (place) return record.values[*place];
+  }
+  invariant(false, "a scene names values that programs of its bodies publish");
+  return 0;
+}
+
 void Course::look(const std::vector<BodyRecord>& bodies) {
   for (const BodyRecord& record : bodies) {
     const WorldPose pose = body_pose(record, world_.settings.sector_size);
@@ -47,6 +58,7 @@ void Course::look(const std::vector<BodyRecord>& bodies) {
     glance.spin = Eigen::Vector3d(record.state.angular_velocity.data());
     glance.asleep = record.state.activity == Activity::kAsleep;
     glances_[record.id].push_back(glance);
+    if (!record.programs.empty()) programs_[record.id] = record.programs;
   }
 }
 

@@ -46,6 +46,9 @@ class Course {
   // Those from `from` s on, up to `to` s.
   std::span<const Glance> between(const std::string& body, double from, double to = 1e9) const;
 
+  // What the body's program publishes under that name, at the end: of several programs, the first with it.
+  double published(const std::string& body, const std::string& value) const;
+
   // By tick from 1 on; empty unless they are kept.
   const std::vector<std::vector<ContactEvent>>& contacts() const { return contacts_; }
 
@@ -56,6 +59,7 @@ class Course {
   WorldDescription world_;
   std::map<std::string, BodyId> ids_;
   std::map<BodyId, std::vector<Glance>> glances_;
+  std::map<BodyId, std::vector<ProgramRecord>> programs_;  // of the last sample
   std::vector<std::vector<ContactEvent>> contacts_;
   Tick every_ = 1;
   Tick ticks_ = 0;

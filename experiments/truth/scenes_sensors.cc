@@ -1,0 +1,199 @@
+// Programs that sense: what they publish, against what they should.
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "experiments/truth/scene_parts.h"
+#include "lpss/simulation/example_programs.h"
+
+namespace tessera::truth {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree = EIGEN_PI / 180;
+
+// A cube of kCube on a floor, under a gravity that leans by kLean to the side.
+constexpr double kCube = 0.5;   // m
+constexpr double kMass = 3;     // kg
+constexpr double kLean = 0.35;  // rad
+
+WorldDescription cube_on_slope(const WorldSettings& settings, absl::string_view kind) {
+  WorldBuilder builder = on_slope(settings, kLean, 1);
+  add_body(builder, "cube", Box{{kCube, kCube, kCube}}, kMass, {kPlace, 0.2, kCube / 2}, 1)
+      .programs.push_back(example_program(kind));
+  return builder.world();
+}
+
+// What stands on a slope feels what holds it: g sin and g cos along its axes.
+Scene feels_the_slope() {
+  Scene scene = program_scene("imu_on_a_slope", 2);
+  scene.world = [](const WorldSettings& settings) { return cube_on_slope(settings, "imu"); };
+  scene.results = [](const Course& course) -> Results {
+    return {{"along the slope", "m/s^2", -kGravity * std::sin(kLean),
+             course.published("cube", "acceleration_x"), 0.01},
+            {"out of the slope", "m/s^2", kGravity * std::cos(kLean),
+             course.published("cube", "acceleration_z"), 0.01}};
+  };
+  return scene;
+}
+
+// Away from the axis of a disc: w^2 r towards it.
+Scene feels_the_turn() {
+  Scene scene = program_scene("imu_on_a_disc", 2);
+  scene.has_order = true;
+  static constexpr double kRate = 6;      // rad/s
+  static constexpr double kRadius = 0.5;  // m
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    BodyDescription& disc = add_body(builder, "disc", Cylinder{1, 0.2}, 2, {kPlace, 0.2, 1}, 0.5);
+    disc.angular_velocity = {0, 0, kRate};
+    disc.programs.push_back(example_program("imu", {{"x", kRadius}}));
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double right = kRate * kRate * kRadius;
+    return {{"to the axis", "m/s^2", right, -course.published("disc", "acceleration_x"), 5e-4 * right},
+            {"rate of turn", "rad/s", kRate, course.published("disc", "turn_z"), 1e-5 * kRate}};
+  };
+  return scene;
+}
+
+// A cube on a slope is pressed with m g cos.
+Scene is_pressed() {
+  Scene scene = program_scene("touch_on_a_slope", 2);
+  scene.world = [](const WorldSettings& settings) { return cube_on_slope(settings, "touch"); };
+  scene.results = [](const Course& course) -> Results {
+    const double right = kMass * kGravity * std::cos(kLean);
+    return {{"force", "N", right, course.published("cube", "force"), 2e-3 * right},
+            {"force along z", "N", right, course.published("cube", "force_z"), 2e-3 * right}};
+  };
+  return scene;
+}
+
+// A joint bears an arm that sticks out by its half: m g, and m g l / 2 about the joint.
+Scene is_loaded() {
+  Scene scene = program_scene("load_of_an_arm", 2);
+  static constexpr double kLength = 1;  // m
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    add_body(builder, "arm", Box{{kLength, 0.1, 0.1}}, kMass, {kPlace + kLength / 2, 0.2, 1}, 0.5)
+        .programs.push_back(example_program("load", {{"joint", 1}}));
+    builder.tie("root", JointType::kFixed, "", "arm", {kPlace, 0.2, 1});
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double weight = kMass * kGravity;
+    return {{"force", "N", weight, course.published("arm", "force_z"), 1e-3 * weight},
+            {"torque", "N m", -weight * kLength / 2, course.published("arm", "torque_y"), 1e-3 * weight}};
+  };
+  return scene;
+}
+
+// A fan of rays at a wall: d / cos of the angle at which each meets it.
+Scene ranges() {
+  Scene scene = program_scene("ranger_at_a_wall", 0.2);
+  static constexpr double kAway = 2.5;  // m
+  static constexpr double kFan = 1.2;   // rad, of three rays
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    BodyDescription& wall = builder.add("wall", builder.shape(Box{{1, 20, 4}}), 1,
+                                        {kPlace + kAway - 1 + 0.5, 0, 0}, Motion::kStatic);
+    wall.properties.friction = 0.5;
+    builder.add("eye", builder.shape(Sphere{0.1}), 1, {kPlace - 1, 0.2, 0.1}, Motion::kKinematic)
+        .programs.push_back(example_program("ranger", {{"rays", 3}, {"angle", kFan}}));
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double aslant = kAway / std::cos(kFan / 2);
+    return {{"to the right", "m", aslant, course.published("eye", "range_0"), 1e-5},
+            {"ahead", "m", kAway, course.published("eye", "range_1"), 1e-5},
+            {"to the left", "m", aslant, course.published("eye", "range_2"), 1e-5}};
+  };
+  return scene;
+}
+
+// A ball that flies and turns, over the border: v t and w t from where it was, and v along its own axes.
+Scene follows_its_pose() {
+  Scene scene = program_scene("pose_in_flight", 2);
+  scene.has_order = true;
+  static constexpr double kSpeed = 0.8;  // m/s
+  static constexpr double kRate = 0.5;   // rad/s
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    BodyDescription& ball = add_body(builder, "ball", Sphere{0.2}, 1, {kPlace - 0.9, 0.2, 1}, 0.5);
+    ball.linear_velocity = {kSpeed, 0, 0};
+    ball.angular_velocity = {0, 0, kRate};
+    ball.programs.push_back(example_program("pose"));
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double angle = kRate * course.seconds();
+    return {{"way", "m", kSpeed * course.seconds(), course.published("ball", "x"), 1e-4},
+            {"turn", "rad", angle, 2 * std::asin(course.published("ball", "qz")), 1e-4},
+            {"velocity along its x axis", "m/s", kSpeed * std::cos(angle),
+             course.published("ball", "velocity_x"), 1e-4},
+            {"velocity along its y axis", "m/s", -kSpeed * std::sin(angle),
+             course.published("ball", "velocity_y"), 1e-4}};
+  };
+  return scene;
+}
+
+// It falls by g t^2 / 2.
+Scene falls_by_altimeter() {
+  Scene scene = program_scene("altimeter_in_a_fall", 2);
+  scene.has_order = true;
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    add_body(builder, "ball", Sphere{0.1}, 1, {kPlace, 0.2, 0}, 0.5)
+        .programs.push_back(example_program("altimeter"));
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double time = course.seconds();
+    const double fallen = kGravity * time * time / 2;
+    return {{"height", "m", -fallen, course.published("ball", "height"), 0.01 * fallen},
+            {"climb", "m/s", -kGravity * time, course.published("ball", "climb"), 1e-3}};
+  };
+  return scene;
+}
+
+// To the east at 60 degrees north: d / ((N + h) cos), with N of the ellipsoid; the ground falls away by
+// d^2 / 2 (N + h) below a straight way.
+Scene follows_the_earth() {
+  Scene scene = program_scene("satellite_to_the_east", 4);
+  static constexpr double kLatitude = 60;           // degrees
+  static constexpr double kHeight = 250;            // m
+  static constexpr double kSpeed = 300;             // m/s
+  static constexpr double kEquator = 6378137;       // m, of WGS 84
+  static constexpr double kSquare = 0.00669437999;  // its eccentricity, squared
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    BodyDescription& ball = add_body(builder, "ball", Sphere{0.2}, 1, {kPlace, 0.2, 1}, 0.5);
+    ball.linear_velocity = {kSpeed, 0, 0};
+    ball.programs.push_back(
+        example_program("satellite", {{"latitude", kLatitude}, {"longitude", 10}, {"height", kHeight}}));
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double sine = std::sin(kLatitude * kDegree);
+    const double radius = kEquator / std::sqrt(1 - kSquare * sine * sine) + kHeight;
+    const double way = kSpeed * course.seconds();
+    const double degrees = way / (radius * std::cos(kLatitude * kDegree)) / kDegree;
+    return {
+        {"degrees to the east", "deg", degrees, course.published("ball", "longitude") - 10, 1e-5 * degrees},
+        {"height", "m", kHeight + way * way / (2 * radius), course.published("ball", "height"), 1e-3},
+        {"velocity to the east", "m/s", kSpeed, course.published("ball", "east"), 1e-3}};
+  };
+  return scene;
+}
+
+}  // namespace
+
+std::vector<Scene> sensor_scenes() {
+  return {feels_the_slope(), feels_the_turn(),   is_pressed(),         is_loaded(),
+          ranges(),          follows_its_pose(), falls_by_altimeter(), follows_the_earth()};
+}
+
+}  // namespace tessera::truth
