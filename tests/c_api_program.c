@@ -1,5 +1,5 @@
-/* Tests tessera/c.h from C: c_api_program ADDRESS WORLD.pb, on a cluster without a world. WORLD has a plane
- * and ten crates. */
+/* Tests tessera/c.h from C: c_api_program ADDRESS WORLD.pb ROVERS.pb, on a cluster without a world. WORLD has
+ * a plane and ten crates, ROVERS joints and rangers. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -207,8 +207,52 @@ static void check_bound(const char* address, tessera_client* client) {
   tessera_batch_free(batch);
 }
 
+/* Contacts, joints and programs, as ticks go by. */
+static void check_streams(tessera_client* client, const char* rovers) {
+  CHECK(tessera_load(client, rovers, true) == TESSERA_OK);
+  tessera_stream* contacts;
+  tessera_stream* joints;
+  tessera_stream* programs;
+  CHECK(tessera_watch_contacts(client, NULL, 0, true, 0, &contacts) == TESSERA_OK);
+  CHECK(tessera_watch_joints(client, "nothing", &joints) == TESSERA_NOT_FOUND);
+  CHECK(strstr(tessera_error_message(), "'nothing'") != NULL);
+  CHECK(tessera_watch_joints(client, "", &joints) == TESSERA_OK);
+  CHECK(tessera_watch_programs(client, NULL, 0, "ranger", &programs) == TESSERA_OK);
+  uint64_t tick;
+  CHECK(tessera_step(client, kTicks, NULL) == TESSERA_OK);
+
+  tessera_contact contact;
+  size_t count = 0;
+  double impulse = 0;
+  for (tick = 0; tick < kTicks;) {
+    CHECK(tessera_next_contacts(contacts, kPatience, &tick, &contact, 1, &count) == TESSERA_OK);
+    if (count > 0) impulse += contact.impulse;
+  }
+  CHECK(count > 0 && impulse > 0 && contact.a < contact.b && contact.phase == TESSERA_PERSIST);
+  CHECK(fabs(sqrt(contact.normal[0] * contact.normal[0] + contact.normal[1] * contact.normal[1] +
+                  contact.normal[2] * contact.normal[2]) -
+             1) < 1e-5);
+
+  tessera_joint joint[2];
+  for (tick = 0; tick < kTicks;)
+    CHECK(tessera_next_joints(joints, kPatience, &tick, joint, 2, &count) == TESSERA_OK);
+  CHECK(count > 2 && joint[0].id < joint[1].id && joint[0].gap < 1e-3);
+
+  tessera_program program;
+  CHECK(tessera_next_programs(programs, kPatience, &tick, &program, 1, &count) == TESSERA_OK);
+  CHECK(count > 0 && strcmp(program.kind, "ranger") == 0 && !program.stopped && program.value_count == 18);
+  for (; tick < kTicks;)
+    CHECK(tessera_next_programs(programs, kPatience, &tick, &program, 1, &count) == TESSERA_OK);
+
+  CHECK(tessera_next_contacts(joints, 0, &tick, &contact, 1, &count) == TESSERA_INVALID_ARGUMENT);
+  CHECK(tessera_next_joints(joints, 0, &tick, joint, 2, &count) == TESSERA_DEADLINE_EXCEEDED);
+  tessera_unwatch(contacts);
+  tessera_unwatch(joints);
+  tessera_unwatch(programs);
+}
+
 int main(int argc, char** argv) {
-  CHECK(argc == 3);
+  CHECK(argc == 4);
   tessera_client* client;
   CHECK(tessera_connect(argv[1], kPatience, &client) == TESSERA_OK);
   check_positions();
@@ -219,6 +263,7 @@ int main(int argc, char** argv) {
   check_batch(client);
   check_sending(client);
   check_bound(argv[1], client);
+  check_streams(client, argv[3]);
   tessera_disconnect(client);
   tessera_disconnect(NULL);
   return 0;

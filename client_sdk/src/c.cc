@@ -15,19 +15,10 @@
 #include <utility>
 #include <vector>
 
+#include "client_sdk/src/c_values.h"
 #include "tessera/batch_json.h"
 #include "tessera/client.h"
 #include "tessera/world_message.h"
-
-struct tessera_client {
-  std::unique_ptr<tessera::Client> client;
-  // Batches that were sent and have no answer; the client's thread counts them down until it ends.
-  std::shared_ptr<std::atomic<int>> pending = std::make_shared<std::atomic<int>>(0);
-};
-
-struct tessera_stream {
-  std::unique_ptr<tessera::BodyStream> stream;
-};
 
 namespace {
 
@@ -58,6 +49,12 @@ struct tessera_pending {
 namespace {
 
 using Eigen::Vector3d;
+using tessera::c::body_for_c;
+using tessera::c::code_of;
+using tessera::c::duration_of;
+using tessera::c::give;
+using tessera::c::position_for_c;
+using tessera::c::write;
 
 constexpr absl::string_view kStates[] = {"empty", "loading", "paused", "running", "failed", "recovering"};
 
@@ -65,52 +62,16 @@ constexpr absl::Duration kForever = absl::Hours(24 * 365 * 100);  // clocks can 
 
 thread_local std::string error_message;
 
-tessera_code code_of(const absl::Status& status) {
-  error_message = std::string(status.message());
-  return static_cast<tessera_code>(status.code());
-}
-
-// Returns the code, and passes on the result if that is OK.
-template <typename T, typename Give>
-tessera_code give(absl::StatusOr<T> result, Give use) {
-  const tessera_code code = code_of(result.status());
-  if (result.ok()) use(*std::move(result));
-  return code;
-}
-
 tessera_code give_tick(const absl::StatusOr<tessera::Tick>& result, uint64_t* tick) {
   return give(result, [&](tessera::Tick value) {
     if (tick != nullptr) *tick = value;
   });
 }
 
-absl::Duration duration_of(double seconds) {
-  return seconds < 0 ? absl::InfiniteDuration() : absl::Seconds(seconds);
-}
-
 tessera::SectorIndex sector_of(const int64_t sector[3]) { return {sector[0], sector[1], sector[2]}; }
 
 tessera::WorldPosition position_of(const tessera_position& position) {
   return {sector_of(position.sector), Vector3d(position.local)};
-}
-
-void write(const Eigen::Vector3d& vector, double* to) { std::copy_n(vector.data(), 3, to); }
-
-tessera_position position_for_c(const tessera::WorldPosition& position) {
-  tessera_position result{{position.sector.i, position.sector.j, position.sector.k}, {}};
-  write(position.local, result.local);
-  return result;
-}
-
-tessera_body body_for_c(const tessera::BodySample& body) {
-  tessera_body result{};
-  result.id = body.id.value;
-  result.position = position_for_c(body.pose.position);
-  std::copy_n(body.pose.orientation.coeffs().data(), 4, result.orientation);
-  write(body.linear_velocity, result.linear_velocity);
-  write(body.angular_velocity, result.angular_velocity);
-  result.asleep = body.asleep;
-  return result;
 }
 
 tessera_status status_for_c(const tessera::ClusterStatus& status) {
@@ -164,6 +125,15 @@ tessera_code spawn(tessera_client* client, const char* name, tessera::Shape shap
 }
 
 }  // namespace
+
+namespace tessera::c {
+
+tessera_code code_of(const absl::Status& status) {
+  error_message = std::string(status.message());
+  return static_cast<tessera_code>(status.code());
+}
+
+}  // namespace tessera::c
 
 const char* tessera_error_message(void) { return error_message.c_str(); }
 
@@ -409,25 +379,3 @@ const char* tessera_answers_json(tessera_answers* answers) {
   if (answers->json.empty()) answers->json = to_json(answers->answers);
   return answers->json.c_str();
 }
-
-tessera_code tessera_watch(tessera_client* client, const uint64_t* ids, size_t count,
-                           tessera_stream** stream) {
-  tessera::BodyFilter filter;
-  filter.complete = true;
-  for (size_t n = 0; n < count; ++n) filter.ids.push_back(tessera::BodyId{ids[n]});
-  return give(client->client->watch_bodies(filter), [&](std::unique_ptr<tessera::BodyStream> made) {
-    *stream = new tessera_stream{std::move(made)};
-  });
-}
-
-tessera_code tessera_next(tessera_stream* stream, double timeout, uint64_t* tick, tessera_body* bodies,
-                          size_t capacity, size_t* count) {
-  return give(stream->stream->next(duration_of(timeout)), [&](const tessera::BodyFrame& frame) {
-    if (tick != nullptr) *tick = frame.tick;
-    *count = frame.bodies.size();
-    std::transform(frame.bodies.begin(), frame.bodies.begin() + std::min(capacity, *count), bodies,
-                   body_for_c);
-  });
-}
-
-void tessera_unwatch(tessera_stream* stream) { delete stream; }

@@ -283,7 +283,66 @@ TESSERA_API tessera_code tessera_watch(tessera_client* client, const uint64_t* i
 TESSERA_API tessera_code tessera_next(tessera_stream* stream, double timeout, uint64_t* tick,
                                       tessera_body* bodies, size_t capacity, size_t* count);
 
-/* Does nothing for null. */
+/* What happens to a contact of two bodies in a tick. */
+typedef enum tessera_phase { TESSERA_END = 0, TESSERA_BEGIN = 1, TESSERA_PERSIST = 2 } tessera_phase;
+
+/* A patch of contact: points that share a normal. Of the end of a contact, and with `trigger` set, the fields
+ * after `trigger` are 0. */
+typedef struct tessera_contact {
+  uint64_t a;
+  uint64_t b;
+  tessera_phase phase;
+  bool trigger;              /* no contact: `b` overlaps a trigger of `a` */
+  tessera_position position; /* of the deepest point, on b */
+  double normal[3];          /* on b, pointing to a */
+  double impulse;            /* N s, on a along the normal */
+  double friction[3];        /* N s, on a */
+} tessera_contact;
+
+/* Subscribes to contacts with any of these bodies; without ids, to all: as they begin and end, or, with
+ * `persisting`, those that go on, too. If `impulse_min` is not 0, instead in each tick to those whose
+ * impulses are together at least that, N s. Ends and errors as tessera_watch(). */
+TESSERA_API tessera_code tessera_watch_contacts(tessera_client* client, const uint64_t* ids, size_t count,
+                                                bool persisting, double impulse_min, tessera_stream** stream);
+/* As tessera_next(), for such a stream; INVALID_ARGUMENT for another one, which stays as it is. */
+TESSERA_API tessera_code tessera_next_contacts(tessera_stream* stream, double timeout, uint64_t* tick,
+                                               tessera_contact* contacts, size_t capacity, size_t* count);
+
+/* What a joint has at a tick, by axis; 0 for axes that it does not have. */
+typedef struct tessera_joint {
+  uint64_t id;
+  double position[2]; /* rad or m */
+  double velocity[2]; /* rad/s or m/s */
+  double gap;         /* m, by which it is open */
+  double twist;       /* rad, likewise */
+  bool asleep;        /* its child sleeps */
+} tessera_joint;
+
+/* Subscribes to the joints whose names begin with `prefix`, the first 10,000 by ids. NOT_FOUND if there are
+ * none. */
+TESSERA_API tessera_code tessera_watch_joints(tessera_client* client, const char* prefix,
+                                              tessera_stream** stream);
+TESSERA_API tessera_code tessera_next_joints(tessera_stream* stream, double timeout, uint64_t* tick,
+                                             tessera_joint* joints, size_t capacity, size_t* count);
+
+/* What a program of a body publishes. The pointers are valid until the next call with the stream. */
+typedef struct tessera_program {
+  uint64_t body;
+  uint32_t program; /* its place on the body */
+  bool stopped;     /* by a fault */
+  const char* kind;
+  const double* values; /* as docs/programs.md or its module lists them */
+  size_t value_count;
+} tessera_program;
+
+/* Subscribes to the programs of these bodies, without ids of all, of one kind or, where that is null, of any.
+ * A tick has those of bodies on which anything has changed, the first one all. */
+TESSERA_API tessera_code tessera_watch_programs(tessera_client* client, const uint64_t* ids, size_t count,
+                                                const char* kind, tessera_stream** stream);
+TESSERA_API tessera_code tessera_next_programs(tessera_stream* stream, double timeout, uint64_t* tick,
+                                               tessera_program* programs, size_t capacity, size_t* count);
+
+/* Of any kind. Does nothing for null. */
 TESSERA_API void tessera_unwatch(tessera_stream* stream);
 
 #ifdef __cplusplus
