@@ -15,6 +15,9 @@ namespace {
 // m, that a hit found from one sector may be off from the same one found from another.
 constexpr double kSameHit = 1e-3;
 
+// Sectors, of rounding, by which large static bodies are looked for beyond a line's reach.
+constexpr double kNearLarge = 0.01;
+
 // Keeps the first one.
 void take(const RayAnswer& answer, std::optional<RayAnswer>& nearest) {
   if (!nearest || order_of(answer) < order_of(*nearest)) nearest = answer;
@@ -69,22 +72,61 @@ const SectorWorld* Queries::living_world(const SectorIndex& index) {
 
 // A body that moves is found from the sector in which it lives. A static one is found from the sectors in
 // which the line meets it, each for its part of the way, and not from others that know it, too: which of
-// these have a world depends on where bodies were, and on which server.
-bool Queries::counts(BodyId body, const WorldLine& line, double radius, const SectorPath::Place& place,
+// these have a world, or are looked at, depends on where bodies were, and on which server.
+bool Queries::counts(BodyId body, const WorldLine& line, double radius, const LinePlace& place,
                      double distance) const {
   if (partition_.statics.find(body) == nullptr) return true;
+  if (!partition_.statics.is_in(body, place.index)) return false;
   const std::optional<Stretch> own =
       stretch_inside(cube(partition_.sector_size() / 2 + radius), place.from, line);
-  return own && distance >= own->begin - kSameHit;
+  return own && distance >= own->begin - kSameHit && distance <= own->end + kSameHit;
+}
+
+// The sectors whose bodies may be within `radius` (m) of the line: bodies reach out of their sectors.
+LineWalk Queries::past_bodies(const WorldLine& line, double radius) const {
+  const double reach = partition_.margins.reach + radius;
+  SectorPath path(line, reach, partition_.sector_size(), {0, line.length});
+  if (path.looks() <= static_cast<double>(partition_.sectors.size() + partition_.packed.counts().sectors))
+    return LineWalk(std::move(path));
+  std::vector<LinePlace> places;
+  const auto consider = [&](const SectorIndex& index) {
+    if (const auto place = place_at(index, line, reach, partition_.sector_size())) places.push_back(*place);
+  };
+  for (const auto& [index, sector] : partition_.sectors) consider(index);
+  partition_.packed.for_each([&](const SectorIndex& index, std::size_t) { consider(index); });
+  return LineWalk(std::move(places));
+}
+
+// Likewise of static bodies, which are known to the sectors that they are in; each sector is in one walk. All
+// servers go the same ways.
+absl::InlinedVector<LineWalk, 2> Queries::past_statics(const WorldLine& line, double radius) const {
+  const double size = partition_.sector_size();
+  const auto& listed = partition_.statics.by_sector();
+  absl::InlinedVector<LineWalk, 2> walks;
+  SectorPath path(line, radius, size, {0, line.length});
+  if (path.looks() <= static_cast<double>(listed.size())) {
+    walks.emplace_back(std::move(path));
+    return walks;
+  }
+  const std::optional<std::pair<double, double>> large =
+      partition_.statics.near_large(line.origin, line.direction, line.length, radius + kNearLarge * size);
+  if (large) walks.emplace_back(SectorPath(line, radius, size, {large->first, large->second}));
+  std::vector<LinePlace> places;
+  for (const auto& [index, bodies] : listed) {
+    const std::optional<LinePlace> place = place_at(index, line, radius, size);
+    if (!place) continue;
+    const bool is_near_large =
+        large && place->stretch.begin <= large->second && place->stretch.end >= large->first;
+    if (!is_near_large) places.push_back(*place);
+  }
+  walks.emplace_back(std::move(places));
+  return walks;
 }
 
 // Calls ask(world, place) for all that may know what is within `radius` (m) of the line. It returns how far
 // (m) along the line answers still matter.
 template <typename Ask>
 void Queries::ask_along(const WorldLine& line, double radius, GroundBudget budget, const Ask& ask) {
-  // Bodies reach out of their sectors; static ones are known to the sectors that they are in.
-  SectorPath of_bodies(line, partition_.margins.reach + radius, partition_.sector_size());
-  SectorPath of_statics(line, radius, partition_.sector_size());
   const Eigen::AlignedBox3d around =
       cube(partition_.sector_size() / 2 + std::max(radius, partition_.margins.reach));
   double matters = line.length;
@@ -92,25 +134,36 @@ void Queries::ask_along(const WorldLine& line, double radius, GroundBudget budge
     const SectorWorld* const world = living_world(index);
     if (world == nullptr) continue;
     const Eigen::Vector3d from = relative_to(line.origin, index, partition_.sector_size());
-    matters = std::min(matters, ask(*world, SectorPath::Place{index, from, {0, line.length}}));
+    matters = std::min(matters, ask(*world, LinePlace{index, from, {0, line.length}}));
   }
-  do {
-    if (matters + kSameHit < of_bodies.begin()) return;
-    of_bodies.for_each_around([&](const SectorPath::Place& place) {
-      if (place.stretch.begin > matters + kSameHit || !partition_.hosts(place.index)) return;
-      if (const SectorWorld* world = living_world(place.index))
-        matters = std::min(matters, ask(*world, place));
-    });
-    of_statics.for_each_around([&](const SectorPath::Place& inner) {
-      SectorPath::Place place = inner;
-      place.stretch = *stretch_inside(around, place.from, line);
-      const Eigen::AlignedBox3d region = box_around(line, place.from, place.stretch, radius);
-      if (!budget.covers(partition_, place.index, region) || inner.stretch.begin > matters + kSameHit) return;
-      if (!partition_.hosts(place.index) || living_world(place.index) != nullptr) return;
-      if (const SectorWorld* world = passing_.at(partition_, place.index, region))
-        matters = std::min(matters, ask(*world, place));
-    });
-  } while (of_bodies.advance() && of_statics.advance());
+  const auto ask_living = [&](const LinePlace& place) {
+    if (place.stretch.begin > matters + kSameHit || !partition_.hosts(place.index)) return;
+    if (const SectorWorld* world = living_world(place.index)) matters = std::min(matters, ask(*world, place));
+  };
+  const auto ask_passing = [&](const LinePlace& inner) {
+    LinePlace place = inner;
+    place.stretch = *stretch_inside(around, place.from, line);
+    const Eigen::AlignedBox3d region = box_around(line, place.from, place.stretch, radius);
+    if (!budget.covers(partition_, place.index, region) || inner.stretch.begin > matters + kSameHit) return;
+    if (!partition_.hosts(place.index) || living_world(place.index) != nullptr) return;
+    if (const SectorWorld* world = passing_.at(partition_, place.index, region))
+      matters = std::min(matters, ask(*world, place));
+  };
+  LineWalk bodies = past_bodies(line, radius);
+  absl::InlinedVector<LineWalk, 2> statics = past_statics(line, radius);
+  // On with whatever is behind the others: where one is beyond what matters, all are.
+  while (true) {
+    LineWalk* next = &bodies;
+    for (LineWalk& walk : statics) {
+      if (walk.begin() < next->begin()) next = &walk;
+    }
+    if (next->is_done() || next->begin() > matters + kSameHit) return;
+    if (next == &bodies) {
+      next->visit(ask_living);
+    } else {
+      next->visit(ask_passing);
+    }
+  }
 }
 
 std::optional<RayAnswer> Queries::raycast(const WorldPosition& origin, const Eigen::Vector3d& direction,
@@ -118,7 +171,7 @@ std::optional<RayAnswer> Queries::raycast(const WorldPosition& origin, const Eig
   const WorldLine line = line_from(origin, direction, length);
   std::optional<RayAnswer> nearest;
   ask_along(line, 0, GroundBudget(kRayGroundSectorsMax),
-            [&](const SectorWorld& world, const SectorPath::Place& place) {
+            [&](const SectorWorld& world, const LinePlace& place) {
               const auto& [begin, end] = place.stretch;
               const std::optional<RayHit> hit =
                   world.raycast(place.from + direction * begin, place.from + direction * end, filter);
@@ -135,7 +188,7 @@ std::vector<RayAnswer> Queries::raycast_all(const WorldPosition& origin, const E
   const WorldLine line = line_from(origin, direction, length);
   absl::btree_map<BodyId, RayAnswer> by_body;
   ask_along(line, 0, GroundBudget(kRayGroundSectorsMax),
-            [&](const SectorWorld& world, const SectorPath::Place& place) {
+            [&](const SectorWorld& world, const LinePlace& place) {
               const auto& [begin, end] = place.stretch;
               for (const RayHit& hit :
                    world.raycast_all(place.from + direction * begin, place.from + direction * end, filter)) {
@@ -161,7 +214,7 @@ std::optional<RayAnswer> Queries::sweep(const Geometry& probe, const WorldPose& 
   const double radius = bounding_radius(probe);
   std::optional<RayAnswer> first;
   ask_along(line, radius, GroundBudget(kRayGroundSectorsMax),
-            [&](const SectorWorld& world, const SectorPath::Place& place) {
+            [&](const SectorWorld& world, const LinePlace& place) {
               // From its start to its end, so that it is the same way for all sectors and servers.
               const std::optional<ProbeHit> hit =
                   world.sweep(probe, {place.from, pose.orientation}, direction, length, filter);
@@ -179,7 +232,7 @@ std::vector<NearBody> Queries::bodies_near(const Geometry& probe, const WorldPos
   const double radius = bounding_radius(probe) + reach;
   const WorldLine line = line_from(pose.position, Eigen::Vector3d::UnitX(), 0);
   absl::btree_map<BodyId, double> distances;
-  ask_along(line, radius, GroundBudget(), [&](const SectorWorld& world, const SectorPath::Place& place) {
+  ask_along(line, radius, GroundBudget(), [&](const SectorWorld& world, const LinePlace& place) {
     for (const NearBody& near : world.near(probe, {place.from, pose.orientation}, reach, filter)) {
       if (!counts(near.body, line, radius, place, 0)) continue;
       const auto [known, is_new] = distances.try_emplace(near.body, near.distance);

@@ -6,6 +6,8 @@
 // distance counts. Bodies that the filter does not want are passed through.
 #pragma once
 
+#include <absl/container/inlined_vector.h>
+
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +17,7 @@
 #include <tuple>
 #include <vector>
 
+#include "lpss/observe/line_walk.h"
 #include "lpss/observe/passing_worlds.h"
 #include "lpss/observe/sector_path.h"
 #include "lpss/partition/partition.h"
@@ -86,8 +89,10 @@ class Queries {
   };
 
   const SectorWorld* living_world(const SectorIndex& index);
-  bool counts(BodyId body, const WorldLine& line, double radius, const SectorPath::Place& place,
+  bool counts(BodyId body, const WorldLine& line, double radius, const LinePlace& place,
               double distance) const;
+  LineWalk past_bodies(const WorldLine& line, double radius) const;
+  absl::InlinedVector<LineWalk, 2> past_statics(const WorldLine& line, double radius) const;
   template <typename Ask>
   void ask_along(const WorldLine& line, double radius, GroundBudget budget, const Ask& ask);
   WorldLine line_from(const WorldPosition& origin, const Eigen::Vector3d& direction, double length) const;

@@ -5,6 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
 #include <vector>
 
 #include "lpss/tick/test_world.h"
@@ -95,6 +98,59 @@ TEST(Raycast, MeetsGroundThatItHasLongBeenOver) {
   EXPECT_NEAR(hit->distance, 3e4, 0.1);
   EXPECT_FALSE(raycast(world[0], above, down, 2.9e4, kAll));
   EXPECT_EQ(world[0].sectors.size(), 1u) << "asking makes no sectors";
+}
+
+// Whether a line goes from sector to sector or through a list of those that matter, which follows from how
+// many there are: the same bits.
+TEST(Queries, DoNotDependOnHowManySectorsThereAreElsewhere) {
+  constexpr std::uint64_t kBodies = 60;
+  constexpr std::uint64_t kElsewhere = 4000;
+  constexpr int kLines = 400;
+  std::vector<std::vector<RayAnswer>> answers(2);
+  for (const bool has_others : {false, true}) {
+    std::mt19937_64 random(20261129);
+    const auto any = [&](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
+    TestWorld world;
+    for (std::uint64_t id = 1; id <= kBodies; ++id) {
+      const Eigen::Vector3d place(any(-160, 160), any(-160, 160), any(-20, 20));
+      const WorldPosition position = *canonical(kLow, place, 16);
+      world.add(box(id, position.sector, position.local, id % 2 == 0 ? Motion::kStatic : Motion::kDynamic));
+    }
+    // The plane is a large one, and far from most lines.
+    BodyRecord ground = box(kBodies + 1, kLow, {0, 0, -7}, Motion::kStatic);
+    ground.properties.shape = kGround;
+    ground.state.rotation = {0.8, 0, 0.6, 0, 1, 0, -0.6, 0, 0.8};
+    world.add(ground);
+    for (std::uint64_t n = 0; has_others && n < kElsewhere; ++n) {
+      const SectorIndex sector = *translated(kLow, {1000 + 3 * static_cast<std::int64_t>(n), 5000, 0});
+      world.add(box(1000 + n, sector, {0, 0, 0}, n % 2 == 0 ? Motion::kStatic : Motion::kDynamic));
+    }
+    for (int n = 0; n < kLines; ++n) {
+      const WorldPosition from = *canonical(kLow, {any(-160, 160), any(-160, 160), any(-20, 20)}, 16);
+      Eigen::Vector3d way = Eigen::Vector3d(any(-1, 1), any(-1, 1), any(-0.2, 0.2)).normalized();
+      if (n % 8 == 0) way = Eigen::Vector3d::Unit(n / 8 % 3);
+      if (n % 16 == 0) way[(n / 8 + 1) % 3] = 1e-310;  // crosses no border
+      const double length = std::pow(10, any(0, 2.8));
+      const auto ray = raycast(world[0], from, way, length, kAll);
+      answers[has_others].push_back(ray.value_or(RayAnswer()));
+      const auto touch =
+          sweep(world[0], Sphere{any(0.1, 8)}, {from, Eigen::Quaterniond::Identity()}, way, length, kAll);
+      answers[has_others].push_back(touch.value_or(RayAnswer()));
+      for (const RayAnswer& hit : raycast_all(world[0], from, way, length, kAll))
+        answers[has_others].push_back(hit);
+      for (const NearBody& near :
+           bodies_near(world[0], Sphere{1}, {from, Eigen::Quaterniond::Identity()}, any(0, 40), kAll))
+        answers[has_others].push_back({near.body, near.distance, Eigen::Vector3d::Zero()});
+    }
+  }
+  ASSERT_EQ(answers[0].size(), answers[1].size());
+  std::set<BodyId> met;
+  for (std::size_t n = 0; n < answers[0].size(); ++n) {
+    EXPECT_EQ(order_of(answers[0][n]), order_of(answers[1][n])) << n;
+    met.insert(answers[0][n].body);
+  }
+  EXPECT_GT(met.size(), kBodies / 2) << "few of the bodies, and the plane, are met";
+  EXPECT_TRUE(met.contains(BodyId{kBodies + 1}));
 }
 
 TEST(Raycast, PassesThroughWhatItIsNotToMeet) {

@@ -25,15 +25,34 @@ std::optional<Stretch> stretch_inside(const Eigen::AlignedBox3d& box, const Eige
   return stretch;
 }
 
-SectorPath::SectorPath(const WorldLine& line, double reach, double sector_size)
-    : line_(line), reach_(reach), size_(sector_size) {
+std::optional<LinePlace> place_at(const SectorIndex& sector, const WorldLine& line, double reach,
+                                  double sector_size) {
+  const Eigen::Vector3d from = relative_to(line.origin, sector, sector_size);
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(sector_size / 2 + reach);
+  const std::optional<Stretch> stretch = stretch_inside({-half, half}, from, line);
+  if (!stretch) return std::nullopt;
+  return LinePlace{sector, from, *stretch};
+}
+
+SectorPath::SectorPath(const WorldLine& line, double reach, double sector_size, const Stretch& within)
+    : line_(line), reach_(reach), size_(sector_size), begin_(within.begin), end_(within.end) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
     const double step = line.direction[axis];
-    const double border = std::copysign(sector_size / 2, step);
-    next_[axis] = step == 0 ? kNever : (border - line.origin.local[axis]) / step;
-    every_[axis] = step == 0 ? kNever : sector_size / std::abs(step);
+    next_[axis] = kNever;
+    every_[axis] = sector_size / std::abs(step);
+    if (every_[axis] == kNever) continue;
+    const double first = (std::copysign(sector_size / 2, step) - line.origin.local[axis]) / step;
+    const double passed = std::ceil((begin_ - first) / every_[axis]);
+    next_[axis] = first + std::max(0.0, passed) * every_[axis];
   }
+}
+
+double SectorPath::looks() const {
+  const double around = 2 * reach_ / size_ + 2;
+  double pieces = 1;
+  for (const double every : every_) pieces += (end_ - begin_) / every;
+  return pieces * around * around * around;
 }
 
 bool SectorPath::advance() {
@@ -41,7 +60,7 @@ bool SectorPath::advance() {
   for (int other = 1; other < 3; ++other) {
     if (next_[other] < next_[axis]) axis = other;
   }
-  if (next_[axis] > line_.length) return false;
+  if (next_[axis] > end_) return false;
   begin_ = next_[axis];
   next_[axis] += every_[axis];
   return true;

@@ -30,18 +30,26 @@ struct WorldLine {
 std::optional<Stretch> stretch_inside(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from,
                                       const WorldLine& line);
 
+// A sector, and what of a line is near it.
+struct LinePlace {
+  SectorIndex index;
+  Eigen::Vector3d from;  // m, of the line, relative to the sector's centre
+  Stretch stretch;
+};
+
+// Nothing where the line misses the sector's cube, grown by `reach` (m).
+std::optional<LinePlace> place_at(const SectorIndex& sector, const WorldLine& line, double reach,
+                                  double sector_size);
+
 // Goes along a line, from each sector that it passes through to the next one.
 class SectorPath {
  public:
-  // Sectors are around the line as far as their cubes, grown by `reach` (m), meet it.
-  SectorPath(const WorldLine& line, double reach, double sector_size);
+  // Sectors are around the line as far as their cubes, grown by `reach` (m), meet it. Goes along what of the
+  // line is `within`.
+  SectorPath(const WorldLine& line, double reach, double sector_size, const Stretch& within);
 
-  // A sector, and what of the line is near it.
-  struct Place {
-    SectorIndex index;
-    Eigen::Vector3d from;  // m, of the line, relative to the sector's centre
-    Stretch stretch;
-  };
+  // How often it looks at a sector on the way, about.
+  double looks() const;
 
   // Calls visit(place) for the sectors around what of the line is in this sector, each once.
   template <typename Visit>
@@ -70,15 +78,13 @@ class SectorPath {
   void look_at(const SectorOffset& offset, const Visit& visit) {
     const absl::StatusOr<SectorIndex> index = translated(line_.origin.sector, offset);
     if (!index.ok() || seen_.contains(*index)) return;
-    const Eigen::Vector3d from = relative_to(line_.origin, *index, size_);
-    const Eigen::Vector3d half = Eigen::Vector3d::Constant(size_ / 2 + reach_);
-    const std::optional<Stretch> stretch = stretch_inside({-half, half}, from, line_);
-    if (!stretch) return;
+    const std::optional<LinePlace> place = place_at(*index, line_, reach_, size_);
+    if (!place) return;
     seen_.insert(*index);
-    visit(Place{*index, from, *stretch});
+    visit(*place);
   }
 
-  double end_of_piece() const { return std::min({next_[0], next_[1], next_[2], line_.length}); }
+  double end_of_piece() const { return std::min({next_[0], next_[1], next_[2], end_}); }
   std::int64_t cell(double x) const { return static_cast<std::int64_t>(std::floor(x / size_ + 0.5)); }
 
   static constexpr double kRounding = 1e-6;  // sectors; more than positions along a line are rounded by
@@ -86,7 +92,8 @@ class SectorPath {
   const WorldLine& line_;
   double reach_;
   double size_;
-  double begin_ = 0;
+  double begin_;
+  double end_;
   double next_[3];   // m, where the line leaves the sector, by axis
   double every_[3];  // m, between two such places
   absl::flat_hash_set<SectorIndex> seen_;

@@ -120,6 +120,12 @@ bool StaticIndex::reaches(BodyId id, const SectorIndex& sector, const Eigen::Ali
   return box.squaredExteriorDistance(centre) <= entry.radius * entry.radius;
 }
 
+bool StaticIndex::is_in(BodyId id, const SectorIndex& sector) const {
+  if (bodies_.at(id).large) return true;
+  const auto listed = by_sector_.find(sector);
+  return listed != by_sector_.end() && std::ranges::binary_search(listed->second, id);
+}
+
 std::vector<BodyId> StaticIndex::overlapping(const SectorIndex& sector,
                                              const Eigen::AlignedBox3d& box) const {
   std::vector<BodyId> found;
@@ -152,6 +158,41 @@ std::vector<BodyId> StaticIndex::overlapping(const SectorIndex& sector,
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
+}
+
+std::optional<std::pair<double, double>> StaticIndex::near_large(const WorldPosition& origin,
+                                                                 const Eigen::Vector3d& direction,
+                                                                 double length, double reach) const {
+  std::optional<std::pair<double, double>> near;
+  const auto add = [&](double from, double to) {
+    from = std::max(from, 0.0);
+    to = std::min(to, length);
+    if (from > to) return;
+    near = near ? std::pair(std::min(near->first, from), std::max(near->second, to)) : std::pair(from, to);
+  };
+  for (const BodyId id : large_) {
+    const Entry& entry = bodies_.at(id);
+    const Pose pose = pose_in(origin.sector, entry);
+    if (std::isfinite(entry.radius)) {
+      const Eigen::Vector3d centre = pose.position - origin.local;
+      const double middle = centre.dot(direction);
+      const double half = entry.radius + reach;
+      if ((centre - middle * direction).norm() <= half) add(middle - half, middle + half);
+      continue;
+    }
+    for (const ShapePart& part : entry.shape->parts) {
+      const auto* plane = std::get_if<Plane>(&part.geometry);
+      if (plane == nullptr) return std::pair(0.0, length);
+      const Pose posed = pose * part.pose;
+      const Eigen::Vector3d normal = posed.orientation * plane->normal;
+      const double above = normal.dot(origin.local - posed.position) - reach;
+      const double climb = normal.dot(direction);
+      const double crosses = above == 0 ? 0 : -above / climb;  // there it is as far from the plane as `reach`
+      if (above <= 0) add(0, climb > 0 ? crosses : length);
+      if (above > 0 && climb < 0) add(crosses, length);
+    }
+  }
+  return near;
 }
 
 Pose StaticIndex::pose_in(const SectorIndex& sector, const Entry& entry) const {

@@ -7,6 +7,8 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "lpss/ground/tile_store.h"
@@ -37,8 +39,21 @@ class StaticIndex {
   // Whether a static body of the index may reach into `box` (m, relative to the centre of `sector`).
   bool reaches(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
 
+  // Whether the body, which there is, may reach into the cube of `sector`: a large one may anywhere.
+  bool is_in(BodyId id, const SectorIndex& sector) const;
+
   // The ids, ascending, of those that do.
   std::vector<BodyId> overlapping(const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
+
+  // Of a line from `origin` along `direction` (of unit length), from where to where (m) it may be within
+  // `reach` (m) of a body that by_sector() does not list, because it is large: a rough bound. Nothing if it
+  // is not.
+  std::optional<std::pair<double, double>> near_large(const WorldPosition& origin,
+                                                      const Eigen::Vector3d& direction, double length,
+                                                      double reach) const;
+
+  // Sectors with the ids of bodies that may reach into them, ascending; without large bodies.
+  const absl::flat_hash_map<SectorIndex, std::vector<BodyId>>& by_sector() const { return by_sector_; }
 
   // As much of a static body as matters within `region` (m, relative to the centre of `sector`), posed in
   // the sector's frame.
