@@ -6,7 +6,7 @@
 if (!exists("folder")) folder = "docs/pictures"
 rows = folder . "/truth.csv"
 set datafile separator ","
-groups = "rest slide carrier impact through flush flight orbit conserved rays"
+groups = "rest slide carrier impact through flush flight orbit conserved rays programs"
 
 # Of each quantity of an engine: the place of its group, spread, and its error by its bound, within the scale. Where
 # nothing is allowed, an error is at the upper end.
@@ -23,8 +23,8 @@ set logscale y
 set yrange [5e-7:2e6]
 set format y "10^{%T}"
 set ytics enhanced
-set xrange [0.4:10.6]
-set xtics ("rest" 1, "slide" 2, "carrier" 3, "impact" 4, "through" 5, "flush" 6, "flight" 7, "orbit" 8, "conserved" 9, "rays" 10)
+set xrange [0.4:11.6]
+set xtics ("rest" 1, "slide" 2, "carrier" 3, "impact" 4, "through" 5, "flush" 6, "flight" 7, "orbit" 8, "conserved" 9, "rays" 10, "programs" 11)
 set ylabel "error / bound"
 plot 1 with lines lw 2 lc "black" notitle, \
      ours("f32", -0.40) with points pt 7 ps 0.6 lc "blue" title "Tessera, f32", \

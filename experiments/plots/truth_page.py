@@ -14,7 +14,7 @@ from pathlib import Path
 
 BEGIN = "<!-- tables: begin -->"
 END = "<!-- tables: end -->"
-GROUPS = ["rest", "slide", "carrier", "impact", "through", "flush", "flight", "orbit", "conserved", "rays"]
+GROUPS = ["rest", "slide", "carrier", "impact", "through", "flush", "flight", "orbit", "conserved", "rays", "programs"]
 BORDER = "8"  # m: sectors with a border through the scene
 ENGINES = ["f32", "f32 with a border", "f64", "f64 with a border", "Bullet f32", "Bullet f64", "MuJoCo"]
 
