@@ -246,6 +246,23 @@ static void check_streams(tessera_client* client, const char* rovers) {
 
   CHECK(tessera_next_contacts(joints, 0, &tick, &contact, 1, &count) == TESSERA_INVALID_ARGUMENT);
   CHECK(tessera_next_joints(joints, 0, &tick, joint, 2, &count) == TESSERA_DEADLINE_EXCEEDED);
+
+  /* Sectors of 8 m cut what drives about. */
+  tessera_stream* seams;
+  CHECK(tessera_watch_seams(client, &seams) == TESSERA_OK);
+  tessera_clone clone;
+  tessera_island island = {0};
+  size_t clones;
+  size_t islands = 0;
+  CHECK(tessera_resume(client, 0, NULL) == TESSERA_OK);
+  while (islands == 0) {
+    CHECK(tessera_next_seams(seams, kPatience, &tick, &clone, 1, &clones, &island, 1, &islands) ==
+          TESSERA_OK);
+  }
+  CHECK(tessera_pause(client, NULL) == TESSERA_OK);
+  CHECK(clones > 0 && clone.server != 0 && island.body_count > 1 && island.id == island.bodies[0]);
+  tessera_unwatch(seams);
+
   tessera_unwatch(contacts);
   tessera_unwatch(joints);
   tessera_unwatch(programs);

@@ -28,9 +28,12 @@ constexpr std::uint64_t kJointsMax = 10'000;
 
 struct tessera_stream {
   std::variant<std::unique_ptr<tessera::BodyStream>, std::unique_ptr<tessera::ContactStream>,
-               std::unique_ptr<tessera::JointStream>, std::unique_ptr<tessera::ProgramStream>>
+               std::unique_ptr<tessera::JointStream>, std::unique_ptr<tessera::ProgramStream>,
+               std::unique_ptr<tessera::SeamStream>>
       stream;
-  std::vector<tessera::ProgramSample> programs = {};  // of the last tick: the caller has pointers into them
+  // Of the last tick: the caller has pointers into them.
+  std::vector<tessera::ProgramSample> programs = {};
+  std::vector<std::vector<uint64_t>> islands = {};
 };
 
 namespace {
@@ -76,6 +79,17 @@ tessera_program program_for_c(const tessera::ProgramSample& program) {
           .kind = program.kind.c_str(),
           .values = program.values.data(),
           .value_count = program.values.size()};
+}
+
+tessera_clone clone_for_c(const tessera::CloneSample& clone) {
+  const tessera::SectorIndex& sector = clone.sector;
+  return {.body = clone.body.value, .sector = {sector.i, sector.j, sector.k}, .server = clone.server};
+}
+
+std::vector<uint64_t> bodies_of(const tessera::IslandSample& island) {
+  std::vector<uint64_t> bodies;
+  for (const tessera::BodyId body : island.bodies) bodies.push_back(body.value);
+  return bodies;
 }
 
 // A stream that was opened.
@@ -166,6 +180,25 @@ tessera_code tessera_next_programs(tessera_stream* stream, double timeout, uint6
   return next<tessera::ProgramStream>(stream, timeout, tick, [&](tessera::ProgramFrame frame) {
     stream->programs = std::move(frame.programs);
     copy(stream->programs, program_for_c, programs, capacity, count);
+  });
+}
+
+tessera_code tessera_watch_seams(tessera_client* client, tessera_stream** stream) {
+  return open(client->client->watch_seams(), stream);
+}
+
+tessera_code tessera_next_seams(tessera_stream* stream, double timeout, uint64_t* tick, tessera_clone* clones,
+                                size_t clone_capacity, size_t* clone_count, tessera_island* islands,
+                                size_t island_capacity, size_t* island_count) {
+  return next<tessera::SeamStream>(stream, timeout, tick, [&](const tessera::SeamFrame& frame) {
+    copy(frame.clones, clone_for_c, clones, clone_capacity, clone_count);
+    *island_count = frame.islands.size();
+    stream->islands.clear();
+    for (const tessera::IslandSample& island : frame.islands) {
+      const std::vector<uint64_t>& bodies = stream->islands.emplace_back(bodies_of(island));
+      const size_t place = stream->islands.size() - 1;
+      if (place < island_capacity) islands[place] = {island.id.value, bodies.data(), bodies.size()};
+    }
   });
 }
 

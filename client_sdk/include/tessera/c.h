@@ -342,6 +342,28 @@ TESSERA_API tessera_code tessera_watch_programs(tessera_client* client, const ui
 TESSERA_API tessera_code tessera_next_programs(tessera_stream* stream, double timeout, uint64_t* tick,
                                                tessera_program* programs, size_t capacity, size_t* count);
 
+/* A copy of a body in a sector other than its home, where contact with it is imminent. */
+typedef struct tessera_clone {
+  uint64_t body;
+  int64_t sector[3];
+  uint64_t server; /* the node that hosts the sector */
+} tessera_clone;
+
+/* An awake island across a border of sectors. */
+typedef struct tessera_island {
+  uint64_t id;            /* the smallest id of its bodies */
+  const uint64_t* bodies; /* ascending; valid until the next call with the stream */
+  size_t body_count;
+} tessera_island;
+
+/* Subscribes to what crosses borders of sectors. */
+TESSERA_API tessera_code tessera_watch_seams(tessera_client* client, tessera_stream** stream);
+/* As tessera_next(), for clones, ascending by body and sector, and for islands, ascending by id. */
+TESSERA_API tessera_code tessera_next_seams(tessera_stream* stream, double timeout, uint64_t* tick,
+                                            tessera_clone* clones, size_t clone_capacity, size_t* clone_count,
+                                            tessera_island* islands, size_t island_capacity,
+                                            size_t* island_count);
+
 /* Of any kind. Does nothing for null. */
 TESSERA_API void tessera_unwatch(tessera_stream* stream);
 
