@@ -133,26 +133,6 @@ TEST(Joints, FollowNoneThatAProgramMayRemove) {
                         "the program breaker of body 'ball'"));
 }
 
-TEST(Joints, ThatProgramsHaveRemovedAreForgotten) {
-  const auto cluster = loaded_cluster();
-  const std::uint64_t torn = added(cluster->apply(hinge("torn", "", "ball")));
-  ASSERT_TRUE(cluster->apply(hinge("kept", "", "egg"))->ok());
-  cluster->step(2);
-  const std::uint64_t world = cluster->work(kFirst).at(0).world();
-  cluster->work_all();
-  v1::TickReport report;
-  report.set_tick(2);
-  report.add_removed_joints(torn);
-  report.add_removed_joints(torn + 100);     // there was none
-  for (int times = 0; times < 2; ++times) {  // as where a tick is repeated
-    cluster->report(kFirst, world, 2, {report});
-    EXPECT_THAT(joints(*cluster), ElementsAre("kept"));
-  }
-  EXPECT_EQ(cluster->apply(removal_of_joint("torn"))->code(), absl::StatusCode::kNotFound);
-  EXPECT_TRUE(cluster->apply(teleport("ball", {}))->ok()) << "nothing holds it";
-  EXPECT_EQ(added(cluster->apply(hinge("torn", "", "ball"))), torn + 2);
-}
-
 TEST(Joints, ATeleportOfWhatTheyHoldSaysThatItMovesOneBodyAlone) {
   const auto cluster = loaded_cluster();
   ASSERT_TRUE(cluster->apply(hinge("arm", "lift", "egg"))->ok());

@@ -100,7 +100,6 @@ absl::Status HostedWorld::on_report(Server& server, const v1::Report& report) {
   server.exchange_messages = std::max(server.exchange_messages, report.exchange_messages());
   server.ground = report.ground();
   for (const v1::TickReport& tick : report.ticks()) {
-    for (const std::uint64_t joint : tick.removed_joints()) world_.registry.lose(JointId{joint});
     const std::optional<TickSums> whole = world_.statistics.add(server.node, tick);
     if (whole && context_.options.inputs) context_.options.inputs(recorded(*whole));
   }

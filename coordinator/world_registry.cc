@@ -307,7 +307,7 @@ absl::StatusOr<JointRecord> WorldRegistry::add_joint(const v1::AddJoint& request
   return joints_.add(*std::move(joint), parent_body, find(*child)->properties, settings_, undo_);
 }
 
-// What programs remove is known here some ticks later, when servers have told.
+// Only servers know which joints programs have removed.
 absl::Status WorldRegistry::leaders_last(const JointProperties& joint) const {
   for (const JointAxis& axis : axes_of(joint)) {
     const JointRegistry::Entry* const leader = joints_.find(axis.mimic.leader);
@@ -356,13 +356,6 @@ void WorldRegistry::apply(const Command& command, Tick at) {
   } else {
     return;
   }
-  ++changes_;
-}
-
-void WorldRegistry::lose(JointId joint) {
-  if (joints_.find(joint) == nullptr) return;
-  joints_.remove(joint, undo_);
-  undo_.keep();
   ++changes_;
 }
 

@@ -98,10 +98,6 @@ class WorldRegistry {
   // Applies the effect of a checked command, which servers carry out at tick `at`, on this record.
   void apply(const Command& command, Tick at);
 
-  // Servers have told that a program has removed the joint. Nothing happens where there is none. Not between
-  // a change and keep() or roll_back().
-  void lose(JointId joint);
-
   // Ascending by id, at most `limit` (0: kFoundBodiesDefault); a prefix that is empty finds all. Ids that no
   // body has are skipped.
   v1::FoundBodies find(const v1::FindBodies& query) const;
