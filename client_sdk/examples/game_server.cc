@@ -151,8 +151,8 @@ int main(int argc, char** argv) {
   Clock::time_point begun = Clock::now();
   std::future<Answered> answered = send(*client, message.batch);
   for (std::int64_t frame = 1; frame <= 60 * seconds; ++frame) {
-    std::this_thread::sleep_until(begun +
-                                  kFrame);  // where a game has its rules, its players, its pathfinding
+    // Here a game has its rules, its players, its pathfinding.
+    std::this_thread::sleep_until(begun + kFrame);
     const Clock::time_point wanted = Clock::now();
     Answered last = answered.get();
     waits.push_back(milliseconds(Clock::now() - wanted));

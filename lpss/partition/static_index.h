@@ -39,11 +39,11 @@ class StaticIndex {
   // Whether a static body of the index may reach into `box` (m, relative to the centre of `sector`).
   bool reaches(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
 
-  // Whether the body, which there is, may reach into the cube of `sector`: a large one may anywhere.
-  bool is_in(BodyId id, const SectorIndex& sector) const;
-
   // The ids, ascending, of those that do.
   std::vector<BodyId> overlapping(const SectorIndex& sector, const Eigen::AlignedBox3d& box) const;
+
+  // Whether the body, which there is, may reach into the cube of `sector`: a large one may anywhere.
+  bool is_in(BodyId id, const SectorIndex& sector) const;
 
   // Of a line from `origin` along `direction` (of unit length), from where to where (m) it may be within
   // `reach` (m) of a body that by_sector() does not list, because it is large: a rough bound. Nothing if it
