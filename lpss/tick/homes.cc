@@ -61,7 +61,7 @@ void decide_home(const Partition& partition, HomeBody& body, Decided& decided) {
 
 }  // namespace
 
-HomeChange taken_out(Partition& partition, HomeBody& body) {
+HomeChange taken_to(Partition& partition, HomeBody& body, const SectorIndex& home, const BodyState& state) {
   HomeChange change{{}, body.sector->index, body.known_everywhere};
   Handover& handover = change.handover;
   handover.replicated_in = body.replicated_in;
@@ -69,7 +69,9 @@ HomeChange taken_out(Partition& partition, HomeBody& body) {
   handover.surge = body.sector->world->surge(body.slot);
   handover.jointed = body.jointed;
   handover.kinematic_target = body.kinematic_target;
+  body.sector->world->set_state(body.slot, state);
   handover.record = remove_home(partition, body);
+  handover.record.home = home;
   return change;
 }
 
@@ -83,13 +85,12 @@ void change_homes(Partition& partition, std::vector<HomeChange> jumps, std::vect
   for (const BodyId id : partition.leaving) {
     HomeBody& body = *partition.bodies.at(id);
     const SectorIndex new_home = *body.next_home;
-    HomeChange change = taken_out(partition, body);
-    Handover& handover = change.handover;
-    handover.record.home = new_home;
-    const Eigen::Vector3d shift = metres_between(new_home, change.old_home, partition.sector_size());
-    Eigen::Map<Eigen::Vector3d>(handover.record.state.position.data()) += shift;
-    if (handover.kinematic_target)
-      Eigen::Map<Eigen::Vector3d>(handover.kinematic_target->position.data()) += shift;
+    const Eigen::Vector3d shift = metres_between(new_home, body.sector->index, partition.sector_size());
+    BodyState state = body.sector->world->state(body.slot);
+    Eigen::Map<Eigen::Vector3d>(state.position.data()) += shift;
+    HomeChange change = taken_to(partition, body, new_home, state);
+    if (change.handover.kinematic_target)
+      Eigen::Map<Eigen::Vector3d>(change.handover.kinematic_target->position.data()) += shift;
     jumps.push_back(std::move(change));
   }
   const auto everyone_if = [&](bool all) { return all ? everyone(partition.map) : Ranks{}; };

@@ -80,6 +80,22 @@ TEST(Homes, AFastBodyThatArrivesMayBeOnItsWayToTheNext) {
   EXPECT_THAT(world[1].leaving, ElementsAre(BodyId{2}));
 }
 
+// Far ahead, its position has fewer digits than where it was.
+TEST(Homes, OthersAreToldOfABodyAsTheEngineOfItsNewHomeRoundsIt) {
+  TestWorld world(2);
+  world.add(moving(box(2, kLow, {0.7, 3, 0}), {16 * 64 * 20, 0, 0}));
+  attend_borders(world[0]);
+  std::vector<Stopped> stopped;
+  announce_home_changes(world[0], stopped);
+  std::vector<std::vector<Exchange>> outboxes(2, std::vector<Exchange>(2));
+  change_homes(world[0], {}, outboxes[0]);
+  ASSERT_EQ(outboxes[0][0].replicas.size(), 1u);
+  std::vector<Exchange> inbox = received(outboxes, 1);
+  take_homes(world[1], inbox);
+  EXPECT_LT(state_of(world[1], 2).position[0], -200);
+  EXPECT_EQ(outboxes[0][0].replicas[0].state.position, state_of(world[1], 2).position);
+}
+
 TEST(Homes, ABodyThatArrivesAsleepWakesUp) {
   TestPartition partition;
   std::vector<Exchange> inbox(1);

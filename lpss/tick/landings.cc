@@ -96,11 +96,7 @@ std::vector<HomeChange> Landings::carry_out_all(Partition& partition) const {
       activate(partition, *body.sector);
       continue;
     }
-    // The state as the engine rounds it: clones have to be where the body will be, to the bit.
-    body.sector->world->set_state(body.slot, landed.state);
-    HomeChange change = taken_out(partition, body);
-    change.handover.record.home = landed.home;
-    changes.push_back(std::move(change));
+    changes.push_back(taken_to(partition, body, landed.home, landed.state));
   }
   return changes;
 }
