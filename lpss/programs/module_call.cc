@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <iterator>
@@ -19,11 +20,15 @@ using wasm::Import;
 
 constexpr double kIdMax = 9007199254740992;  // 2^53
 
+bool is_id(double number) { return number >= 0 && number <= kIdMax && number == std::floor(number); }
+
+// i32 numbers of a module that count from 0.
+std::uint32_t count(double number) { return static_cast<std::uint32_t>(static_cast<std::int32_t>(number)); }
+
 Eigen::Vector3d vector(const double* numbers) { return Eigen::Vector3d(numbers); }
 
 absl::StatusOr<BodyId> body_id(double number) {
-  if (number >= 0 && number <= kIdMax && number == std::floor(number))
-    return BodyId{static_cast<std::uint64_t>(number)};
+  if (is_id(number)) return BodyId{static_cast<std::uint64_t>(number)};
   return refused("body = ", number, " must be the id of a body");
 }
 
@@ -73,14 +78,18 @@ bool ModuleCall::read(Import import, const double* arguments, double& result) {
     case Import::kSenses:
       return write_senses(arguments[0]);
     case Import::kRandom:
-      result = senses_.random(static_cast<std::uint32_t>(static_cast<std::int32_t>(arguments[0])));
+      result = senses_.random(count(arguments[0]));
       return true;
     case Import::kFindings:
-      result = static_cast<double>(
-          senses_.of(static_cast<std::uint32_t>(static_cast<std::int32_t>(arguments[0]))).size());
+      result = static_cast<double>(senses_.of(count(arguments[0])).size());
+      return true;
+    case Import::kFinding:
+      return write_finding(arguments[0], arguments[1], arguments[2]);
+    case Import::kJointFindings:
+      result = static_cast<double>(senses_.joints_of(count(arguments[0])).size());
       return true;
     default:
-      return write_finding(arguments[0], arguments[1], arguments[2]);
+      return write_joint_finding(arguments[0], arguments[1], arguments[2]);
   }
 }
 
@@ -117,7 +126,7 @@ bool ModuleCall::write_senses(double address) {
 }
 
 bool ModuleCall::write_finding(double ask, double place, double address) {
-  const auto all = senses_.of(static_cast<std::uint32_t>(static_cast<std::int32_t>(ask)));
+  const auto all = senses_.of(count(ask));
   if (place < 0 || place >= static_cast<double>(all.size()))
     return end(absl::StrCat("it looks at finding ", place, " of ", all.size()));
   const ProgramFinding& found = all[static_cast<std::size_t>(place)];
@@ -125,12 +134,44 @@ bool ModuleCall::write_finding(double ask, double place, double address) {
                                found.point, found.velocity, found.impulse, found.position, found.rotation));
 }
 
+// Of axes that the joint does not have, 0.
+bool ModuleCall::write_joint_finding(double ask, double place, double address) {
+  const auto all = senses_.joints_of(count(ask));
+  if (place < 0 || place >= static_cast<double>(all.size()))
+    return end(absl::StrCat("it looks at joint ", place, " of ", all.size()));
+  const auto& [_, record, state] = all[static_cast<std::size_t>(place)];
+  const JointProperties& properties = record.properties;
+  const std::span<const JointAxis> axes = axes_of(properties);
+  const auto by_axis = [&](const auto& number_of) {
+    std::array<double, 2> numbers{};
+    for (std::size_t n = 0; n < axes.size(); ++n) numbers[n] = number_of(n);
+    return numbers;
+  };
+  return write(address,
+               joined(record.id.value, static_cast<int>(properties.type), properties.parent.value,
+                      properties.child.value, axes.size(), state.position, state.velocity,
+                      by_axis([&](std::size_t n) { return axes[n].lower; }),
+                      by_axis([&](std::size_t n) { return axes[n].upper; }), record.loads.effort,
+                      by_axis([&](std::size_t n) { return static_cast<double>(record.drives[n].mode); }),
+                      by_axis([&](std::size_t n) { return record.drives[n].target; }), record.loads.force,
+                      record.loads.torque, state.gap));
+}
+
 bool ModuleCall::ask(Import import, const double* arguments) {
   if (asker == nullptr) return end("questions can be asked in ask() alone");
   if (asker->asked() > kProgramAsksMax) return end("");
   if (import == Import::kCast) {
-    asker->cast(vector(arguments), vector(arguments + 3), arguments[6], arguments[7],
-                static_cast<std::uint32_t>(static_cast<std::int32_t>(arguments[8])));
+    asker->cast(vector(arguments), vector(arguments + 3), arguments[6], arguments[7], count(arguments[8]));
+    return true;
+  }
+  if (import == Import::kJoints) {
+    asker->joints();
+    return true;
+  }
+  if (import == Import::kJoint) {
+    if (!is_id(arguments[0]))
+      return end(absl::StrCat("joint = ", arguments[0], " must be the id of a joint"));
+    asker->joint({static_cast<std::uint64_t>(arguments[0])});
     return true;
   }
   const absl::StatusOr<BodyId> id = body_id(arguments[0]);
@@ -154,6 +195,8 @@ bool ModuleCall::act(Import import, const double* arguments) {
       return take(move_to(arguments));
     case Import::kTell:
       return take(tell(arguments));
+    case Import::kDrive:
+      return take(drive(arguments));
     default:
       if (arguments[0] < 1) return end(absl::StrCat("wake_in: ", arguments[0], " ticks must be at least 1"));
       actor->wake_in(static_cast<std::uint64_t>(arguments[0]));
@@ -210,6 +253,28 @@ absl::Status ModuleCall::tell(const double* arguments) {
                static_cast<std::uint32_t>(arguments[1]),
                {{static_cast<std::uint32_t>(arguments[2]), arguments[3]}},
                {}});
+  return absl::OkStatus();
+}
+
+absl::Status ModuleCall::drive(const double* arguments) {
+  const auto joint = std::ranges::find_if(senses_.joints, [&](const SensedJoint& sensed) {
+    return static_cast<double>(sensed.record.id.value) == arguments[0];
+  });
+  if (joint == senses_.joints.end())
+    return refused("drive: joint = ", arguments[0], " must be one that was asked for and is there");
+  const auto axes = axes_of(joint->record.properties).size();
+  if (!(arguments[1] >= 0 && arguments[1] < static_cast<double>(axes)))
+    return refused("drive: axis = ", arguments[1], " must be below ", axes, ", the axes of joint ",
+                   arguments[0]);
+  if (!(arguments[2] >= 0 && arguments[2] <= static_cast<double>(DriveMode::kServo)))
+    return refused("drive: mode = ", arguments[2], " must be at most ", static_cast<int>(DriveMode::kServo));
+  actor->drive(*joint, static_cast<std::size_t>(arguments[1]),
+               {.mode = static_cast<DriveMode>(arguments[2]),
+                .target = arguments[3],
+                .stiffness = arguments[4],
+                .damping = arguments[5],
+                .velocity = arguments[6],
+                .effort = arguments[7]});
   return absl::OkStatus();
 }
 

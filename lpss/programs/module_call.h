@@ -39,11 +39,13 @@ class ModuleCall final : public wasm::Host {
   bool set_values(double address);
   bool write_senses(double address);
   bool write_finding(double ask, double place, double address);
+  bool write_joint_finding(double ask, double place, double address);
   bool take(const absl::Status& status);
   absl::Status push(wasm::Import import, const double* arguments);
   absl::Status move_to(const double* arguments);
   absl::Status impulse(const double* arguments);
   absl::Status tell(const double* arguments);
+  absl::Status drive(const double* arguments);
 
   const Senses& senses_;
   std::span<double> values_;

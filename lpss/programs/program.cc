@@ -125,12 +125,21 @@ void Actor::take_to(const ProgramFinding& body, const Eigen::Vector3d& position,
 }
 
 void Actor::drive(const SensedJoint& joint, std::size_t axis, const JointDrive& drive) {
-  JointDrives drives = joint.record.drives;
+  SetDrives* set = nullptr;  // by this run, of another axis
+  for (Command& command : commands_) {
+    if (auto* const of_joint = std::get_if<SetDrives>(&command); of_joint && of_joint->id == joint.record.id)
+      set = of_joint;
+  }
+  JointDrives drives = set ? set->drives : joint.record.drives;
   if (drives[axis] == drive) return;
   drives[axis] = drive;
   if (const absl::Status status = validate(drives, joint.record.properties.type); !status.ok())
     return fail(absl::StrCat("joint ", joint.record.id.value, ": ", status.message()));
-  commands_.emplace_back(SetDrives{joint.record.id, drives});
+  if (set) {
+    set->drives = drives;
+  } else {
+    commands_.emplace_back(SetDrives{joint.record.id, drives});
+  }
 }
 
 void Actor::remove_joint(JointId joint) { commands_.emplace_back(RemoveJoint{joint}); }

@@ -138,7 +138,7 @@ class Actor {
                bool keeps_turning);
   // Sets the drive of an axis of a joint, and wakes its bodies; nothing where the axis has that drive. What
   // the axis cannot have stops the instance. The drives of a joint are set together: a joint is for one
-  // program.
+  // program, which may drive both of its axes.
   void drive(const SensedJoint& joint, std::size_t axis, const JointDrive& drive);
   // Takes a joint out of the world.
   void remove_joint(JointId joint);

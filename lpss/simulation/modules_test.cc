@@ -34,6 +34,11 @@ constexpr char kImports[] = R"(
   (import "tessera" "cast" (func $cast (param f64 f64 f64 f64 f64 f64 f64 f64 i32)))
   (import "tessera" "contacts" (func $contacts (param f64)))
   (import "tessera" "body" (func $body (param f64)))
+  (import "tessera" "joints" (func $joints))
+  (import "tessera" "joint" (func $joint (param f64)))
+  (import "tessera" "joint_findings" (func $joint_findings (param i32) (result i32)))
+  (import "tessera" "joint_finding" (func $joint_finding (param i32 i32 i32)))
+  (import "tessera" "drive" (func $drive (param f64 i32 i32 f64 f64 f64 f64 f64)))
   (import "tessera" "push_awake" (func $push (param f64 f64 f64 f64 f64 f64)))
   (import "tessera" "impulse" (func $impulse (param f64 f64 f64 f64 f64 f64 f64)))
   (import "tessera" "tell" (func $tell (param f64 i32 i32 f64)))
@@ -231,6 +236,15 @@ const std::vector<Hostile>& hostile() {
       {"tells_nobody",
        R"((func (export "run") (call $tell (f64.const 0.5) (i32.const 0) (i32.const 0) (f64.const 0))))",
        "tell: body = 0.5 must be the id of a body"},
+      {"asks_for_half_a_joint",
+       R"((func (export "run")) (func (export "ask") (call $joint (f64.const 0.5))))",
+       "joint = 0.5 must be the id of a joint"},
+      {"drives_nothing",
+       R"((func (export "run") (call $drive (f64.const 7) (i32.const 0) (i32.const 3) (f64.const 1) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0))))",
+       "drive: joint = 7 must be one that was asked for and is there"},
+      {"finds_no_joint",
+       R"((func (export "run") (call $joint_finding (i32.const 0) (i32.const 0) (i32.const 0))) (func (export "ask") (call $joints)))",
+       "it looks at joint 0 of 0"},
       {"keeps_nan",
        R"((func (export "run") (f64.store (i32.const 0) (f64.const nan)) (call $set_values (i32.const 0))))",
        "a value is not finite"},
@@ -240,7 +254,7 @@ const std::vector<Hostile>& hostile() {
 
 // In several worlds, since one has at most 16 modules.
 TEST(Modules, ThatAreHostileStopThemselvesAlone) {
-  for (std::size_t begin = 0; begin < hostile().size(); begin += 9) {
+  for (std::size_t begin = 0; begin < hostile().size(); begin += 11) {
     WorldBuilder builder(settings_of(8));
     builder.add_floor(60, 0);
     const auto swarm = module_of(kSwarm, kSwarmText);
@@ -248,7 +262,7 @@ TEST(Modules, ThatAreHostileStopThemselvesAlone) {
     const std::size_t good = builder.world().bodies.size();
     add_ball(builder, "good", {0.3, 0.2, 0.5})
         .programs.push_back(example_program(swarm->kind, {{"after", static_cast<double>(good + 2)}}));
-    const std::size_t end = std::min(begin + 9, hostile().size());
+    const std::size_t end = std::min(begin + 11, hostile().size());
     for (std::size_t n = begin; n < end; ++n) {
       const auto module = module_of(
           "(memory 1) " + hostile()[n].code,
@@ -270,6 +284,112 @@ TEST(Modules, ThatAreHostileStopThemselvesAlone) {
     EXPECT_TRUE(validate(cluster->snapshot()).ok());
     EXPECT_EQ(hashes_of(*cluster_of(world, 3), 60), alone);
   }
+}
+
+// The terms of pid that it drives a joint with.
+constexpr char kPdText[] =
+    "program | pd | Drives a joint.\n"
+    "parameter | joint | joint | 0 | 0 | 9e15 | Which.\n"
+    "parameter | p | | 0 | 0 | 1e6 | By the error.\n"
+    "parameter | d | | 0 | 0 | 1e6 | By the rate.\n"
+    "parameter | set_point | | 0 | -10 | 10 | Where to.\n";
+constexpr char kPd[] = R"(
+  (memory 1)
+  (func (export "ask")
+    (call $parameters (i32.const 0))
+    (call $joint (f64.load (i32.const 0))))
+  (func (export "run")
+    (call $parameters (i32.const 0))
+    (if (call $joint_findings (i32.const 0))
+      (then (call $joint_finding (i32.const 0) (i32.const 0) (i32.const 64))
+        ;; the position is 5 numbers from the beginning, the rate 7
+        (call $drive (f64.load (i32.const 64)) (i32.const 0) (i32.const 3)
+          (f64.sub
+            (f64.mul (f64.load (i32.const 8)) (f64.sub (f64.load (i32.const 24)) (f64.load (i32.const 104))))
+            (f64.mul (f64.load (i32.const 16)) (f64.load (i32.const 120))))
+          (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0)))))
+)";
+
+// An arm that falls from its side and is lifted, on a border of sectors.
+WorldDescription arm_world(const ProgramRecord& program, const ProgramModules& modules) {
+  WorldBuilder builder(settings_of(1));
+  builder.world().settings.modules = modules;
+  BodyDescription& arm =
+      builder.add("arm", builder.shape(Box{{0.4, 0.05, 0.05}}), 2, {0.9, 0.2, 0.2}, Motion::kDynamic);
+  arm.programs = {program};
+  builder.tie("hinge", JointType::kRevolute, "", "arm", {0.5, 0.2, 0.2}, Eigen::Vector3d::UnitY());
+  JointAxis& axis = builder.world().joints.back().properties.axes[0];
+  axis.lower = -2;
+  axis.upper = 2;
+  return builder.world();
+}
+
+TEST(Modules, DriveAJointWithTheBitsOfABuiltInProgram) {
+  const ProgramNumbers numbers = {{"joint", 1}, {"p", 40}, {"d", 4}, {"set_point", -0.7}};
+  const auto module = module_of(kPd, kPdText);
+  constexpr int kTicks = 240;
+  const auto world_hashes = [](const WorldDescription& world, std::uint32_t partitions) {
+    std::vector<WorldHash> hashes;
+    for (const auto& [world_hash, _] : hashes_of(*cluster_of(world, partitions), kTicks))
+      hashes.push_back(world_hash);
+    return hashes;
+  };
+  const std::vector<WorldHash> built_in = world_hashes(arm_world(example_program("pid", numbers), {}), 1);
+  for (const std::uint32_t partitions : {1u, 3u})
+    EXPECT_EQ(world_hashes(arm_world(example_program(module->kind, numbers), {module}), partitions),
+              built_in);
+}
+
+// Both axes, one after the other; then what the joint has not.
+constexpr char kGimbal[] = R"(
+  (memory 1)
+  (func (export "ask") (call $joints))
+  (func (export "run")
+    (call $parameters (i32.const 0))
+    (call $joint_finding (i32.const 0) (i32.const 0) (i32.const 64))
+    (call $drive (f64.load (i32.const 64)) (i32.const 0) (i32.const 2) (f64.const 0.3) (f64.const 0) (f64.const 0)
+      (f64.const 0) (f64.const 0))
+    (call $drive (f64.load (i32.const 64)) (i32.trunc_f64_s (f64.load (i32.const 0)))
+      (i32.trunc_f64_s (f64.load (i32.const 8))) (f64.const -0.4) (f64.const 0) (f64.const 0) (f64.const 0) (f64.const 0))
+    (call $set_values (i32.const 64)))
+)";
+constexpr char kGimbalText[] =
+    "program | gimbal | Drives two axes.\n"
+    "parameter | axis | | 1 | 0 | 9 | The second one.\n"
+    "parameter | mode | | 2 | 0 | 9 | Of its drive.\n"
+    "value | joint | joint | 0 | Which.\n"
+    "value | type | | 0 | Of the joint.\n"
+    "value | parent | body | 0 | Of the joint.\n"
+    "value | child | body | 0 | Of the joint.\n"
+    "value | axes | | 0 | Of the joint.\n"
+    "value | position | rad | 0 | Of the first axis.\n"
+    "value | second | rad | 0 | Of the second axis.\n";
+
+TEST(Modules, DriveBothAxesOfAJoint) {
+  const auto module = module_of(kGimbal, kGimbalText);
+  const auto record_after = [&](const ProgramNumbers& numbers) {
+    WorldBuilder builder(settings_of(1));
+    builder.world().settings.modules = {module};
+    BodyDescription& head =
+        builder.add("head", builder.shape(Box{{0.2, 0.1, 0.1}}), 1, {0.6, 0.2, 0.2}, Motion::kDynamic);
+    head.programs = {example_program(module->kind, numbers)};
+    builder.tie("gimbal", JointType::kUniversal, "", "head", {0.6, 0.2, 0.2});
+    auto cluster = cluster_of(builder.world(), 2);
+    hashes_of(*cluster, 60);
+    return program_of(*cluster, builder.world().bodies.size() - 1);
+  };
+  const ProgramRecord both = record_after({});
+  EXPECT_EQ(both.fault, "");
+  ASSERT_EQ(both.values.size(), 7u);
+  EXPECT_EQ(both.values[0], 1);
+  EXPECT_EQ(both.values[1], static_cast<double>(JointType::kUniversal));
+  EXPECT_EQ(both.values[2], 0) << "the world";
+  EXPECT_EQ(both.values[4], 2);
+  EXPECT_NEAR(both.values[5], 0.3, 1e-4);
+  EXPECT_NEAR(both.values[6], -0.4, 1e-4);
+  EXPECT_EQ(record_after({{"axis", 2}}).fault,
+            "tick 1: drive: axis = 2 must be below 2, the axes of joint 1");
+  EXPECT_EQ(record_after({{"mode", 7}}).fault, "tick 1: drive: mode = 7 must be at most 4");
 }
 
 TEST(Modules, AreKnownWhileAWorldHasThem) {

@@ -17,15 +17,20 @@ enum class Import : std::uint8_t {
   kRandom,
   kFindings,
   kFinding,
+  kJointFindings,
+  kJointFinding,
   kCast,
   kContacts,
   kInside,
   kBody,
+  kJoints,
+  kJoint,
   kPush,
   kPushAwake,
   kImpulse,
   kMoveTo,
   kTell,
+  kDrive,
   kWakeIn,
 };
 
@@ -38,12 +43,14 @@ struct ImportSpec {
 
 // By Import.
 inline constexpr ImportSpec kImports[] = {
-    {"parameters", "i", ""}, {"inputs", "i", ""},          {"values", "i", ""},
-    {"set_values", "i", ""}, {"senses", "i", ""},          {"random", "i", "F"},
-    {"findings", "i", "i"},  {"finding", "iii", ""},       {"cast", "FFFFFFFFi", ""},
-    {"contacts", "F", ""},   {"inside", "F", ""},          {"body", "F", ""},
-    {"push", "FFFFFF", ""},  {"push_awake", "FFFFFF", ""}, {"impulse", "FFFFFFF", ""},
-    {"move_to", "FFF", ""},  {"tell", "FiiF", ""},         {"wake_in", "i", ""},
+    {"parameters", "i", ""},      {"inputs", "i", ""},       {"values", "i", ""},
+    {"set_values", "i", ""},      {"senses", "i", ""},       {"random", "i", "F"},
+    {"findings", "i", "i"},       {"finding", "iii", ""},    {"joint_findings", "i", "i"},
+    {"joint_finding", "iii", ""}, {"cast", "FFFFFFFFi", ""}, {"contacts", "F", ""},
+    {"inside", "F", ""},          {"body", "F", ""},         {"joints", "", ""},
+    {"joint", "F", ""},           {"push", "FFFFFF", ""},    {"push_awake", "FFFFFF", ""},
+    {"impulse", "FFFFFFF", ""},   {"move_to", "FFF", ""},    {"tell", "FiiF", ""},
+    {"drive", "FiiFFFFF", ""},    {"wake_in", "i", ""},
 };
 inline constexpr std::size_t kImportParametersMax = 9;
 

@@ -240,6 +240,7 @@ GoldenScene made(std::string name, Tick ticks, std::function<WorldDescription()>
 const std::vector<GoldenScene>& golden_scenes() {
   static const std::vector<GoldenScene> scenes = {
       from_file("airfield", 300),
+      from_file("balance", 300),
       from_file("busy", 180),
       from_file("earth", 60),
       from_file("falling", 180),

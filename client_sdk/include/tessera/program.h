@@ -66,6 +66,8 @@ void tessera_cast(double from_x, double from_y, double from_z, double direction_
 TESSERA_IMPORT(contacts) void tessera_contacts(double body); /* what touches it */
 TESSERA_IMPORT(inside) void tessera_inside(double body);     /* what is in its triggers */
 TESSERA_IMPORT(body) void tessera_body(double body);         /* where it is */
+TESSERA_IMPORT(joints) void tessera_joints(void);            /* the joints of the own body */
+TESSERA_IMPORT(joint) void tessera_joint(double joint); /* one, as a parameter of the unit `joint` names it */
 
 /* --- Answers, in run() --- */
 
@@ -84,6 +86,29 @@ struct tessera_finding {
 TESSERA_IMPORT(findings) int tessera_findings(int question);
 TESSERA_IMPORT(finding) void tessera_finding(int question, int n, struct tessera_finding* to);
 
+/* Of axes that the joint does not have, numbers are 0. */
+struct tessera_joint_finding {
+  double joint;
+  double type;   /* 0: fixed, 1: revolute, 2: prismatic, 3: ball, 4: universal, 5: screw */
+  double parent; /* 0: the world */
+  double child;
+  double axes;        /* 0 (fixed, ball), 1, or 2 (universal) */
+  double position[2]; /* rad, from -pi to pi, or m */
+  double rate[2];     /* rad/s or m/s */
+  double lower[2];    /* the limits, infinite where there is none */
+  double upper[2];
+  double effort[2]; /* N m or N, of drive, spring, damper, friction and limit in the last tick */
+  double drive[2];  /* what drives it: an enum tessera_drive_mode */
+  double target[2];
+  double force[3];  /* N, on the child in the last tick, along the axes of the joint frame there */
+  double torque[3]; /* N m, about its origin */
+  double gap;       /* m, between the two points that it holds together */
+};
+/* How many joints were found, by ascending id; none where the joint is gone. */
+TESSERA_IMPORT(joint_findings) int tessera_joint_findings(int question);
+TESSERA_IMPORT(joint_finding)
+void tessera_joint_finding(int question, int n, struct tessera_joint_finding* to);
+
 /* --- Acts, in run(), at most 1,024; they take effect at the beginning of the next tick --- */
 
 TESSERA_IMPORT(set_values) void tessera_set_values(const double* from);
@@ -101,6 +126,19 @@ void tessera_impulse(double body, double x, double y, double z, double lever_x, 
 TESSERA_IMPORT(move_to) void tessera_move_to(double x, double y, double z);
 /* Sets an input of a program, of any body. */
 TESSERA_IMPORT(tell) void tessera_tell(double body, int program, int input, double value);
+enum tessera_drive_mode {
+  TESSERA_DRIVE_FREE,
+  TESSERA_DRIVE_VELOCITY, /* holds the target, rad/s or m/s */
+  TESSERA_DRIVE_POSITION, /* moves to the target, rad or m, and holds it */
+  TESSERA_DRIVE_EFFORT,   /* the target itself, N m or N */
+  TESSERA_DRIVE_SERVO     /* stiffness (target - position) + damping (velocity - rate) + effort */
+};
+/* Drives an axis, from 0 on, of a joint that was found in this run, until it is driven otherwise: what comes
+ * after the target is 0 but for a servo. It wakes the joint's bodies where it changes anything. Drives of one
+ * joint are for one program. */
+TESSERA_IMPORT(drive)
+void tessera_drive(double joint, int axis, int mode, double target, double stiffness, double damping,
+                   double velocity, double effort);
 /* It runs again in so many ticks, at least 1, even if its body sleeps. */
 TESSERA_IMPORT(wake_in) void tessera_wake_in(int ticks);
 

@@ -37,12 +37,14 @@ enum tessera_test_asked {
   TESSERA_ASKED_CAST,
   TESSERA_ASKED_CONTACTS,
   TESSERA_ASKED_INSIDE,
-  TESSERA_ASKED_BODY
+  TESSERA_ASKED_BODY,
+  TESSERA_ASKED_JOINTS,
+  TESSERA_ASKED_JOINT
 };
 
 struct tessera_test_question {
   enum tessera_test_asked kind;
-  double body;
+  double body;    /* or joint */
   double from[3]; /* of a cast, as what follows */
   double direction[3];
   double length;
@@ -55,17 +57,21 @@ enum tessera_test_done {
   TESSERA_DID_PUSH_AWAKE,
   TESSERA_DID_IMPULSE,
   TESSERA_DID_MOVE_TO,
-  TESSERA_DID_TELL
+  TESSERA_DID_TELL,
+  TESSERA_DID_DRIVE
 };
 
 struct tessera_test_act {
   enum tessera_test_done kind;
-  double body;      /* that is pushed off, or told */
+  double body;      /* that is pushed off, or told; or the joint that is driven */
   double force[3];  /* or the impulse, or where to */
   double torque[3]; /* or the lever */
   int program;      /* that is told, as what follows */
   int input;
-  double value;
+  double value; /* or the target of a drive */
+  int axis;     /* that is driven, as what follows */
+  int mode;
+  double servo[4]; /* stiffness, damping, velocity, effort */
 };
 
 struct tessera_test_numbers {
@@ -86,6 +92,9 @@ struct tessera_test_host {
   int finding_count;
   int finding_of[TESSERA_TEST_FINDINGS]; /* the question */
   struct tessera_finding findings[TESSERA_TEST_FINDINGS];
+  int joint_count;
+  int joint_of[TESSERA_TEST_FINDINGS]; /* the question */
+  struct tessera_joint_finding joints[TESSERA_TEST_FINDINGS];
   int act_count;
   struct tessera_test_act acts[TESSERA_TEST_ACTS];
   int wakes_in; /* ticks; 0: it sleeps with its body */
@@ -170,6 +179,7 @@ static inline double* tessera_test_number(const char* name) {
 static inline void tessera_test_ask(void (*ask)(void)) {
   tessera_test.question_count = 0;
   tessera_test.finding_count = 0;
+  tessera_test.joint_count = 0;
   tessera_test.calls = 'a';
   ask();
   tessera_test.calls = 0;
@@ -180,6 +190,13 @@ static inline void tessera_test_answer(int question, const struct tessera_findin
   tessera_test_require(tessera_test.finding_count < TESSERA_TEST_FINDINGS, "too much is found");
   tessera_test.finding_of[tessera_test.finding_count] = question;
   tessera_test.findings[tessera_test.finding_count++] = *finding;
+}
+
+/* Likewise a joint. */
+static inline void tessera_test_answer_joint(int question, const struct tessera_joint_finding* joint) {
+  tessera_test_require(tessera_test.joint_count < TESSERA_TEST_FINDINGS, "too much is found");
+  tessera_test.joint_of[tessera_test.joint_count] = question;
+  tessera_test.joints[tessera_test.joint_count++] = *joint;
 }
 
 /* Calls run(). */
@@ -230,6 +247,8 @@ void tessera_cast(double from_x, double from_y, double from_z, double direction_
 void tessera_contacts(double body) { tessera_test_asks(TESSERA_ASKED_CONTACTS, body); }
 void tessera_inside(double body) { tessera_test_asks(TESSERA_ASKED_INSIDE, body); }
 void tessera_body(double body) { tessera_test_asks(TESSERA_ASKED_BODY, body); }
+void tessera_joints(void) { tessera_test_asks(TESSERA_ASKED_JOINTS, 0); }
+void tessera_joint(double joint) { tessera_test_asks(TESSERA_ASKED_JOINT, joint); }
 
 int tessera_findings(int question) {
   int count = 0;
@@ -243,6 +262,20 @@ void tessera_finding(int question, int n, struct tessera_finding* to) {
     return;
   }
   tessera_test_require(0, "it looks at a finding that is not there");
+}
+
+int tessera_joint_findings(int question) {
+  int count = 0;
+  for (int n = 0; n < tessera_test.joint_count; ++n) count += tessera_test.joint_of[n] == question;
+  return count;
+}
+void tessera_joint_finding(int question, int n, struct tessera_joint_finding* to) {
+  for (int place = 0; place < tessera_test.joint_count; ++place) {
+    if (tessera_test.joint_of[place] != question || n-- != 0) continue;
+    *to = tessera_test.joints[place];
+    return;
+  }
+  tessera_test_require(0, "it looks at a joint that is not there");
 }
 
 static inline struct tessera_test_act* tessera_test_acts(enum tessera_test_done kind, double body, double x,
@@ -285,6 +318,21 @@ void tessera_tell(double body, int program, int input, double value) {
   act->program = program;
   act->input = input;
   act->value = value;
+}
+void tessera_drive(double joint, int axis, int mode, double target, double stiffness, double damping,
+                   double velocity, double effort) {
+  const double numbers[] = {target, stiffness, damping, velocity, effort};
+  struct tessera_test_act* const act = tessera_test_acts(TESSERA_DID_DRIVE, joint, 0, 0, 0);
+  int found = 0;
+  for (int n = 0; n < tessera_test.joint_count; ++n)
+    found |= tessera_test.joints[n].joint == joint && axis >= 0 && axis < tessera_test.joints[n].axes;
+  tessera_test_require(found, "it drives an axis of a joint that was not found");
+  tessera_test_require(mode >= TESSERA_DRIVE_FREE && mode <= TESSERA_DRIVE_SERVO, "no such mode of a drive");
+  tessera_test_require_finite(numbers, 5);
+  act->axis = axis;
+  act->mode = mode;
+  act->value = target;
+  memcpy(act->servo, numbers + 1, sizeof act->servo);
 }
 void tessera_wake_in(int ticks) {
   tessera_test_require(tessera_test.calls == 'r' && ticks >= 1, "wake_in: in run(), at least 1 tick");

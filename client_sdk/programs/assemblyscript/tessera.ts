@@ -60,6 +60,44 @@
   rotation_8: f64;
 }
 
+// A joint that was asked for. Of axes that it does not have, numbers are 0.
+@unmanaged export class JointFinding {
+  joint: f64;
+  type: f64; // 0: fixed, 1: revolute, 2: prismatic, 3: ball, 4: universal, 5: screw
+  parent: f64;
+  child: f64;
+  axes: f64;
+  position_0: f64;
+  position_1: f64;
+  rate_0: f64;
+  rate_1: f64;
+  lower_0: f64;
+  lower_1: f64;
+  upper_0: f64;
+  upper_1: f64;
+  effort_0: f64;
+  effort_1: f64;
+  drive_0: f64;
+  drive_1: f64;
+  target_0: f64;
+  target_1: f64;
+  force_x: f64;
+  force_y: f64;
+  force_z: f64;
+  torque_x: f64;
+  torque_y: f64;
+  torque_z: f64;
+  gap: f64;
+}
+
+export const enum DriveMode {
+  Free,
+  Velocity,
+  Position,
+  Effort,
+  Servo,
+}
+
 // Its numbers, in the order of their lines, at the place of an object that has them as fields.
 @external("tessera", "parameters") export declare function parameters(to: usize): void;
 @external("tessera", "inputs") export declare function inputs(to: usize): void;
@@ -74,10 +112,15 @@ export declare function cast(from_x: f64, from_y: f64, from_z: f64, direction_x:
 @external("tessera", "contacts") export declare function contacts(body: f64): void;
 @external("tessera", "inside") export declare function inside(body: f64): void;
 @external("tessera", "body") export declare function body(body: f64): void;
+@external("tessera", "joints") export declare function joints(): void;
+@external("tessera", "joint") export declare function joint(joint: f64): void;
 
 // Answers, in run().
 @external("tessera", "findings") export declare function findings(question: i32): i32;
 @external("tessera", "finding") export declare function finding(question: i32, n: i32, to: Finding): void;
+@external("tessera", "joint_findings") export declare function joint_findings(question: i32): i32;
+@external("tessera", "joint_finding")
+export declare function joint_finding(question: i32, n: i32, to: JointFinding): void;
 
 // Acts, in run().
 @external("tessera", "set_values") export declare function set_values(from: usize): void;
@@ -89,4 +132,7 @@ export declare function push_awake(x: f64, y: f64, z: f64, torque_x: f64, torque
 export declare function impulse(body: f64, x: f64, y: f64, z: f64, lever_x: f64, lever_y: f64, lever_z: f64): void;
 @external("tessera", "move_to") export declare function move_to(x: f64, y: f64, z: f64): void;
 @external("tessera", "tell") export declare function tell(body: f64, program: i32, input: i32, value: f64): void;
+@external("tessera", "drive")
+export declare function drive(joint: f64, axis: i32, mode: i32, target: f64, stiffness: f64, damping: f64, velocity: f64,
+                              effort: f64): void;
 @external("tessera", "wake_in") export declare function wake_in(ticks: i32): void;

@@ -55,6 +55,36 @@ pub struct Finding {
     pub rotation: [f64; 9], // of its centre frame, by rows
 }
 
+/// A joint that was asked for. Of axes that it does not have, numbers are 0.
+#[repr(C)]
+#[derive(Default)]
+pub struct JointFinding {
+    pub joint: f64,
+    pub kind: f64, // 0: fixed, 1: revolute, 2: prismatic, 3: ball, 4: universal, 5: screw
+    pub parent: f64,
+    pub child: f64,
+    pub axes: f64,
+    pub position: [f64; 2],
+    pub rate: [f64; 2],
+    pub lower: [f64; 2],
+    pub upper: [f64; 2],
+    pub effort: [f64; 2],
+    pub drive: [f64; 2],
+    pub target: [f64; 2],
+    pub force: [f64; 3],
+    pub torque: [f64; 3],
+    pub gap: f64,
+}
+
+/// What drives an axis.
+pub enum Drive {
+    Free,
+    Velocity(f64),
+    Position(f64),
+    Effort(f64),
+    Servo { target: f64, stiffness: f64, damping: f64, velocity: f64, effort: f64 },
+}
+
 mod host {
     #[link(wasm_import_module = "tessera")]
     extern "C" {
@@ -77,14 +107,28 @@ mod host {
         pub fn contacts(body: f64);
         pub fn inside(body: f64);
         pub fn body(body: f64);
+        pub fn joints();
+        pub fn joint(joint: f64);
         pub fn findings(question: i32) -> i32;
         pub fn finding(question: i32, n: i32, to: *mut super::Finding);
+        pub fn joint_findings(question: i32) -> i32;
+        pub fn joint_finding(question: i32, n: i32, to: *mut super::JointFinding);
         pub fn set_values(from: *const f64);
         pub fn push(x: f64, y: f64, z: f64, torque_x: f64, torque_y: f64, torque_z: f64);
         pub fn push_awake(x: f64, y: f64, z: f64, torque_x: f64, torque_y: f64, torque_z: f64);
         pub fn impulse(body: f64, x: f64, y: f64, z: f64, lever_x: f64, lever_y: f64, lever_z: f64);
         pub fn move_to(x: f64, y: f64, z: f64);
         pub fn tell(body: f64, program: i32, input: i32, value: f64);
+        pub fn drive(
+            joint: f64,
+            axis: i32,
+            mode: i32,
+            target: f64,
+            stiffness: f64,
+            damping: f64,
+            velocity: f64,
+            effort: f64,
+        );
         pub fn wake_in(ticks: i32);
     }
 }
@@ -129,6 +173,12 @@ pub fn inside(body: f64) {
 pub fn body(body: f64) {
     unsafe { host::body(body) }
 }
+pub fn joints() {
+    unsafe { host::joints() }
+}
+pub fn joint(joint: f64) {
+    unsafe { host::joint(joint) }
+}
 
 /// Answers, in run(): that with a number, from 0.
 pub fn findings(question: i32) -> i32 {
@@ -137,6 +187,15 @@ pub fn findings(question: i32) -> i32 {
 pub fn finding(question: i32, n: i32) -> Finding {
     let mut finding = Finding::default();
     unsafe { host::finding(question, n, &mut finding) };
+    finding
+}
+
+pub fn joint_findings(question: i32) -> i32 {
+    unsafe { host::joint_findings(question) }
+}
+pub fn joint_finding(question: i32, n: i32) -> JointFinding {
+    let mut finding = JointFinding::default();
+    unsafe { host::joint_finding(question, n, &mut finding) };
     finding
 }
 
@@ -159,6 +218,18 @@ pub fn move_to(position: [f64; 3]) {
 }
 pub fn tell(body: f64, program: i32, input: i32, value: f64) {
     unsafe { host::tell(body, program, input, value) }
+}
+pub fn drive(joint: f64, axis: i32, drive: Drive) {
+    let (mode, [target, stiffness, damping, velocity, effort]) = match drive {
+        Drive::Free => (0, [0.0; 5]),
+        Drive::Velocity(target) => (1, [target, 0.0, 0.0, 0.0, 0.0]),
+        Drive::Position(target) => (2, [target, 0.0, 0.0, 0.0, 0.0]),
+        Drive::Effort(target) => (3, [target, 0.0, 0.0, 0.0, 0.0]),
+        Drive::Servo { target, stiffness, damping, velocity, effort } => {
+            (4, [target, stiffness, damping, velocity, effort])
+        }
+    };
+    unsafe { host::drive(joint, axis, mode, target, stiffness, damping, velocity, effort) }
 }
 pub fn wake_in(ticks: i32) {
     unsafe { host::wake_in(ticks) }
