@@ -56,8 +56,7 @@ void add_spawn(CLI::App& app, Action& action) {
   command.add_flag("--trigger", options->trigger, "it notices what overlaps it, and touches nothing");
   command.add_option("--program", options->programs,
                      "KIND or KIND:NAME=NUMBER,...: a program of the body, with parameters and inputs; KIND "
-                     "may be the file of a "
-                     "module of the world, FILE.wasm; repeatable");
+                     "may be a module in WebAssembly, FILE.wasm, which the world then has; repeatable");
   on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
     NewBody body = solid(options->name, options->shape, options->mass, options->at);
     BodyProperties& properties = body.body.properties;
@@ -66,9 +65,8 @@ void add_spawn(CLI::App& app, Action& action) {
     if (properties.motion != Motion::kDynamic) properties.inertia = {1, 1, 1};
     properties.friction = options->friction;
     properties.trigger = options->trigger;
-    ProgramModules modules;
     for (const std::string& text : options->programs) {
-      absl::StatusOr<ProgramRecord> program = parse_program(text, modules);
+      absl::StatusOr<ProgramRecord> program = parse_program(text, body.modules);
       if (!program.ok()) return program.status();
       body.body.programs.push_back(*std::move(program));
     }

@@ -11,7 +11,6 @@ ActiveWorld active_world(const WorldToLoad& from, std::uint64_t load, std::uint6
       .load = load,
       .number = number,
       .name = from.name(),
-      .settings = settings,
       .anchor = from.anchor(),
       .map = SectorMap(from.anchor(), {}, /*epoch=*/0),
       .registry = registry_of(from),
@@ -27,7 +26,7 @@ ActiveWorld active_world(const WorldToLoad& from, std::uint64_t load, std::uint6
 WorldCatalogue with_held(const ActiveWorld& world, WorldCatalogue catalogue) {
   catalogue.name = world.name;
   const ShapeTable& shapes = world.registry.shapes();
-  for (const Sequencer::Held& batch : world.sequencer.held()) {
+  for (const SequencedCommands& batch : world.sequencer.held()) {
     WorldCatalogue::HeldBatch& held = catalogue.held.emplace_back();
     held.commands = batch.commands.unpacked();
     for (const v1::NumberedShape& shape : batch.new_shapes)

@@ -26,7 +26,6 @@ struct ActiveWorld {
   const std::uint64_t load;  // counts loads and restores of clients
   std::uint64_t number;      // of the message by which its servers got it: other ones when it is set back
   const std::string name;
-  const WorldSettings settings;
   const SectorIndex anchor;
   SectorMap map;
   std::size_t sectors = 0;  // at the load
@@ -41,6 +40,7 @@ struct ActiveWorld {
   using Load = std::function<void(const absl::Status&, const v1::LoadReply&)>;
   std::optional<Load> being_loaded;
 
+  const WorldSettings& settings() const { return registry.settings(); }
   bool loading() const { return being_loaded.has_value(); }
   bool recovering() const { return !loading() && (!servers.hosts() || sequencer.replaying()); }
 };

@@ -70,7 +70,7 @@ absl::StatusOr<std::vector<ServerLoad>> Balancing::checked(
 // Whether a running world may change its map by itself.
 bool Balancing::may_balance() const {
   return context_.options.balance_every > Nanoseconds::zero() && world_.servers.nodes().size() > 1 &&
-         follows_load(context_.options.balance_policy) && world_.settings.shuffle == 0 && !awaits_ &&
+         follows_load(context_.options.balance_policy) && world_.settings().shuffle == 0 && !awaits_ &&
          !world_.recovering() && !world_.sequencer.paused() && !world_.sequencer.awaits_map() &&
          may_share_out();
 }
@@ -79,7 +79,7 @@ bool Balancing::may_balance() const {
 bool Balancing::may_share_out() const {
   if (!context_.has_checkpoints()) return true;
   const std::vector<NodeId> wanted =
-      context_.choice.chosen(world_.settings.precision, world_.servers.unfit());
+      context_.choice.chosen(world_.settings().precision, world_.servers.unfit());
   return std::ranges::all_of(world_.servers.nodes(),
                              [&](NodeId node) { return std::ranges::find(wanted, node) != wanted.end(); });
 }
@@ -114,11 +114,11 @@ std::optional<Nanoseconds> Balancing::next_deadline() const {
 void Balancing::plan(const std::vector<ServerLoad>& loads) {
   const BalancePolicy policy = context_.options.balance_policy;
   const bool shares_out = shares_left_ > 0;
-  const BalancePlan plan = shares_out
-                               ? plan_balance(world_.map, loads, policy)
-                               : consolidation_.next(world_.map, loads, policy,
-                                                     std::chrono::duration<double>(world_.settings.time_step),
-                                                     world_.sequencer.period());
+  const BalancePlan plan =
+      shares_out ? plan_balance(world_.map, loads, policy)
+                 : consolidation_.next(world_.map, loads, policy,
+                                       std::chrono::duration<double>(world_.settings().time_step),
+                                       world_.sequencer.period());
   if (shares_out) shares_left_ = plan.moves() ? shares_left_ - 1 : 0;
   if (plan.moves()) set_map(plan);
 }
@@ -152,7 +152,7 @@ void Balancing::set_map(const SectorMap& map, std::uint64_t moved_sectors, std::
   world_.sequencer.set_map(map_message(map));
 }
 
-void Balancing::share_out() { shares_left_ = world_.settings.shuffle == 0 ? kSharesMax : 0; }
+void Balancing::share_out() { shares_left_ = world_.settings().shuffle == 0 ? kSharesMax : 0; }
 
 bool Balancing::empty(Rank leaver) {
   const auto messages = std::exchange(fresh_, std::nullopt);
@@ -163,7 +163,7 @@ bool Balancing::empty(Rank leaver) {
   const absl::StatusOr<std::vector<ServerLoad>> loads = checked(*messages);
   if (!loads.ok()) return false;  // it is asked again
   const DeparturePlan plan = plan_departure(world_.map, *loads, leaver, context_.options.balance_policy,
-                                            world_.settings.shuffle != 0);
+                                            world_.settings().shuffle != 0);
   set_map(plan.map, plan.moved_sectors, plan.moved_bodies);
   return plan.is_last;
 }
@@ -175,7 +175,7 @@ void Balancing::set_back() {
 }
 
 void Balancing::answer(ClientCall<v1::BalanceRequest, v1::BalanceReply>& call) {
-  if (world_.settings.shuffle != 0) {
+  if (world_.settings().shuffle != 0) {
     return call.reply(absl::FailedPreconditionError("authority over the world's sectors moves at random "
                                                     "(shuffle), so that it cannot be balanced"),
                       {});

@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -84,7 +85,8 @@ class CommandList {
     // What follows others comes after them.
     std::vector<bool> is_added(spawned->joints.size());
     for (std::size_t n = 0; n < spawned->joints.size(); ++n) add(spawned->joints, n, is_added);
-    std::move(spawned->new_shapes.begin(), spawned->new_shapes.end(), std::back_inserter(given_.new_shapes));
+    std::ranges::move(spawned->new_shapes, std::back_inserter(given_.new_shapes));
+    std::ranges::move(spawned->new_modules, std::back_inserter(given_.new_modules));
     return absl::OkStatus();
   }
 

@@ -10,15 +10,14 @@
 #include <vector>
 
 #include "command.pb.h"
+#include "coordinator/sequencer.h"
 #include "coordinator/world_registry.h"
 #include "proto/wire.h"
 #include "recording.pb.h"
 
 namespace tessera {
 
-struct GivenCommands {
-  PackedCommands commands;
-  std::vector<v1::NumberedShape> new_shapes;  // added before the commands
+struct GivenCommands : SequencedCommands {
   v1::Applied applied;
 };
 

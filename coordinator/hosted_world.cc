@@ -169,7 +169,7 @@ absl::Status HostedWorld::on_joined(NodeId node, std::uint64_t newest_world, Nan
   // One that was given up while it got ready for this world would not load it again, before it goes back.
   if (newest_world >= world_.number) world_.servers.add_unfit(node);
   if (loading() || !world_.servers.nodes().empty()) return absl::OkStatus();
-  const std::size_t servers = context_.choice.chosen(world_.settings.precision).size();
+  const std::size_t servers = context_.choice.chosen(world_.settings().precision).size();
   if (servers == 0) return absl::OkStatus();
   if (context_.choice.is_complete(servers)) return set_back();
   if (!gathers_until_) gathers_until_ = now + kGatherServers;
@@ -224,12 +224,12 @@ absl::Status HostedWorld::set_back() {
   for (v1::Question& question : world_.questions.restart(sorry)) world_.sequencer.ask(std::move(question));
   if (nodes.empty()) {
     context_.log(absl::StrCat("the world '", world_.name, "' waits for a server of ",
-                              context_.choice.described(world_.settings.precision)),
+                              context_.choice.described(world_.settings().precision)),
                  Severity::kWarning);
     return absl::OkStatus();
   }
   absl::StatusOr<Placement> placement = checkpoints_->kept().place_earliest(
-      world_.number, world_.settings, world_.anchor, world_.registry.shapes().at(tick),
+      world_.number, world_.settings(), world_.anchor, world_.registry.shapes().at(tick),
       context_.choice.hosts(nodes), world_.map.epoch() + 1, context_.options.balance_policy);
   if (!placement.ok()) {
     return {placement.status().code(),
@@ -249,7 +249,7 @@ absl::Status HostedWorld::set_back() {
 
 // Those that are not known to be cut off from each other: the others join once that is over.
 std::vector<NodeId> HostedWorld::next_servers() const {
-  std::vector<NodeId> nodes = context_.choice.chosen(world_.settings.precision);
+  std::vector<NodeId> nodes = context_.choice.chosen(world_.settings().precision);
   for (const NodeId apart : links_.apart(nodes)) std::erase(nodes, apart);
   return context_.choice.ranked(std::move(nodes));
 }
@@ -323,8 +323,8 @@ void HostedWorld::describe(v1::StatusReply& reply, Nanoseconds now) const {
   const TickSums& last = statistics.last();
   reply.set_world(world_.name);
   reply.set_tick(completed());
-  reply.set_time(static_cast<double>(completed()) * world_.settings.time_step);
-  reply.set_real_time_factor(world_.meter.factor(world_.settings.time_step, now));
+  reply.set_time(static_cast<double>(completed()) * world_.settings().time_step);
+  reply.set_real_time_factor(world_.meter.factor(world_.settings().time_step, now));
   reply.set_bodies(world_.registry.body_count());
   TickCounts counts = last.counts;
   if (last.tick == 0) counts.sectors = world_.sectors;
@@ -347,7 +347,7 @@ void HostedWorld::describe(v1::StatusReply& reply, Nanoseconds now) const {
   reply.mutable_cut_off()->Add(cut_off_.begin(), cut_off_.end());
   reply.set_cut_off_servers(cut_off_servers_);
   if (checkpoints_) reply.set_checkpoint_tick(checkpoints_->kept().latest());
-  *reply.mutable_settings() = to_proto(world_.settings);
+  *reply.mutable_settings() = to_proto(world_.settings());
   *reply.mutable_anchor() = to_proto(world_.anchor);
 }
 

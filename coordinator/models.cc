@@ -2,11 +2,15 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include "lpss/model/checks.h"
+#include "lpss/model/limits.h"
 #include "lpss/model/validate.h"
+#include "lpss/programs/module.h"
 #include "proto/convert.h"
 
 namespace tessera {
@@ -53,6 +57,20 @@ absl::Status move(WorldDescription& model, const WorldPose& origin) {
   return absl::OkStatus();
 }
 
+// With those of the model, which come after the others.
+absl::StatusOr<ProgramModules> all_modules(ProgramModules modules, const v1::Model& model) {
+  for (int n = 0; n < model.modules_size(); ++n) {
+    absl::StatusOr<std::shared_ptr<const ProgramModule>> module = load_module(model.modules(n));
+    if (!module.ok()) return in(absl::StrCat("model: module ", n), module.status());
+    if (std::ranges::find(modules, *module) == modules.end()) modules.push_back(*std::move(module));
+    if (modules.size() > kModulesMax) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("model: with its modules, the world would have more than ", kModulesMax));
+    }
+  }
+  return modules;
+}
+
 void give_names(WorldDescription& model, const std::string& prefix, const ModelNames& names) {
   for (std::size_t n = 0; n < model.bodies.size(); ++n) {
     std::string& name = model.bodies[n].name;
@@ -79,9 +97,12 @@ void number_assemblies(WorldDescription& model, std::uint64_t first) {
 absl::StatusOr<WorldDescription> placed_model(const v1::Spawn& spawn, const WorldSettings& settings,
                                               std::uint64_t first_assembly, const ModelNames& names) {
   if (spawn.model().bodies().empty()) return refused("model: it must have a body");
+  absl::StatusOr<ProgramModules> modules = all_modules(settings.modules, spawn.model());
+  if (!modules.ok()) return modules.status();
   absl::StatusOr<WorldDescription> model = from_proto(world_of(spawn.model(), settings));
   if (!model.ok()) return model.status();
   model->settings = settings;
+  model->settings.modules = *std::move(modules);
   give_names(*model, spawn.prefix(), names);
   number_assemblies(*model, first_assembly);
   if (spawn.has_pose()) {

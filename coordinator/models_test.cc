@@ -8,6 +8,9 @@
 #include "coordinator/limits.h"
 #include "coordinator/test_cluster.h"
 #include "lpss/base/rotation.h"
+#include "lpss/model/limits.h"
+#include "lpss/programs/module.h"
+#include "lpss/wasm/test_modules.h"
 
 namespace tessera {
 namespace {
@@ -109,6 +112,50 @@ TEST_F(Models, AreSpawnedWhereTheySay) {
   ASSERT_EQ(given->new_shapes.size(), 1u) << "and only what it does not have is new";
   EXPECT_EQ(given->new_shapes[0].id(), 2u);
   EXPECT_THAT(names(""), ElementsAre("floor", "ball", "lift", "egg", "base", "arm", "gripper"));
+}
+
+std::string module_named(const std::string& name) {
+  return wasm::test_module(R"((module (memory 1) (func (export "run"))))",
+                           "program | " + name + " | Tests.\n");
+}
+
+// A ball with a program, and the module of that.
+v1::Command ball_with(const std::string& program, const std::string& module, const std::string& name = "") {
+  v1::Command command = spawn(name);
+  v1::Model& model = *command.mutable_spawn()->mutable_model();
+  model.mutable_bodies(0)->add_programs()->set_kind(program);
+  model.add_modules(module);
+  return command;
+}
+
+TEST_F(Models, BringTheModulesOfTheirPrograms) {
+  const auto module = load_module(module_named("one"));
+  ASSERT_TRUE(module.ok()) << module.status();
+  const std::string kind = (*module)->kind;
+  v1::Command without = ball_with(kind, "");
+  without.mutable_spawn()->mutable_model()->clear_modules();
+  expect_refusal(without, absl::StatusCode::kInvalidArgument, "the world does not have its module");
+  const auto given = give({ball_with(kind, module_named("one"))});
+  ASSERT_TRUE(given.ok()) << given.status();
+  ASSERT_EQ(given->new_modules.size(), 1u);
+  EXPECT_EQ(given->new_modules[0], *module);
+  EXPECT_EQ(registry_.settings().modules, given->new_modules);
+  const auto again = give({ball_with(kind, module_named("one")), without});
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_TRUE(again->new_modules.empty()) << "it is shared";
+  EXPECT_EQ(registry_.settings().modules.size(), 1u);
+}
+
+TEST_F(Models, WhoseModulesAreRefusedLeaveNone) {
+  expect_refusal(ball_with("character", "no module"), absl::StatusCode::kInvalidArgument,
+                 "model: module 0: byte");
+  EXPECT_FALSE(give({ball_with("character", module_named("one")), spawn_of(v1::Model())}).ok());
+  EXPECT_TRUE(registry_.settings().modules.empty()) << "the list was refused";
+  for (std::size_t n = 0; n < kModulesMax; ++n)
+    ASSERT_TRUE(give({ball_with("character", module_named("m" + std::to_string(n)))}).ok());
+  expect_refusal(ball_with("character", module_named("one")), absl::StatusCode::kResourceExhausted,
+                 "with its modules, the world would have more than 16");
+  EXPECT_EQ(registry_.settings().modules.size(), kModulesMax);
 }
 
 // In the order of the list they would follow what is not there yet.

@@ -29,6 +29,12 @@ constexpr std::uint64_t kPeriodsMax = 1'000'000;
 // Without pacing, a window is granted in this many parts: servers work on some while others are in transit.
 constexpr std::uint64_t kChunksPerWindow = 4;
 
+void add_what_is_new(const SequencedCommands& commands, v1::Grant& grant) {
+  for (const v1::NumberedShape& shape : commands.new_shapes) *grant.add_new_shapes() = shape;
+  for (const std::shared_ptr<const ProgramModule>& module : commands.new_modules)
+    grant.add_new_modules(module->bytes);
+}
+
 }  // namespace
 
 Sequencer::Sequencer(const Options& options)
@@ -114,16 +120,16 @@ Tick Sequencer::next_command_tick() const {
   return batches_.empty() ? certain_ + 1 : std::max(certain_ + 1, batches_.rbegin()->first);
 }
 
-void Sequencer::hold(Batch& batch, const PackedCommands& commands,
-                     std::vector<v1::NumberedShape> new_shapes) {
-  held_commands_ += commands.size();
-  for (const v1::NumberedShape& shape : new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
-  batch.commands.append(commands);
-  std::move(new_shapes.begin(), new_shapes.end(), std::back_inserter(batch.new_shapes));
+void Sequencer::hold(SequencedCommands& batch, SequencedCommands more) {
+  held_commands_ += more.commands.size();
+  for (const v1::NumberedShape& shape : more.new_shapes) held_shape_bytes_ += shape.ByteSizeLong();
+  batch.commands.append(more.commands);
+  std::ranges::move(more.new_shapes, std::back_inserter(batch.new_shapes));
+  std::ranges::move(more.new_modules, std::back_inserter(batch.new_modules));
 }
 
-void Sequencer::submit(const PackedCommands& commands, std::vector<v1::NumberedShape> new_shapes) {
-  hold(batches_[next_command_tick()], commands, std::move(new_shapes));
+void Sequencer::submit(SequencedCommands commands) {
+  hold(batches_[next_command_tick()], std::move(commands));
 }
 
 void Sequencer::ask(v1::Question question, Tick after) { questions_.emplace(after, std::move(question)); }
@@ -157,30 +163,26 @@ std::vector<v1::Grant> Sequencer::granted_since(Tick tick) const {
     const auto next = std::next(batch);
     v1::Grant& grant = add(batch->first - 1, next == past_.end() ? granted_ : next->first - 1);
     grant.set_commands(batch->second.commands.list());
-    for (const v1::NumberedShape& shape : batch->second.new_shapes) *grant.add_new_shapes() = shape;
+    add_what_is_new(batch->second, grant);
     batch = next;
   }
   return grants;
 }
 
-std::vector<Sequencer::Held> Sequencer::held() const {
-  std::vector<Held> held;
-  for (auto batch = batches_.upper_bound(certain_); batch != batches_.end(); ++batch) {
-    held.push_back({batch->second.commands, batch->second.new_shapes});
-  }
+std::vector<SequencedCommands> Sequencer::held() const {
+  std::vector<SequencedCommands> held;
+  for (auto batch = batches_.upper_bound(certain_); batch != batches_.end(); ++batch)
+    held.push_back(batch->second);
   return held;
 }
 
-void Sequencer::hold(std::vector<Held> held) {
+void Sequencer::hold(std::vector<SequencedCommands> held) {
   invariant(batches_.empty(), "what a snapshot holds comes first");
   Tick tick = certain_;
-  for (Held& from : held) hold(batches_[++tick], from.commands, std::move(from.new_shapes));
+  for (SequencedCommands& from : held) hold(batches_[++tick], std::move(from));
 }
 
-void Sequencer::hold_at(Tick tick, const PackedCommands& commands,
-                        std::vector<v1::NumberedShape> new_shapes) {
-  hold(batches_[tick], commands, std::move(new_shapes));
-}
+void Sequencer::hold_at(Tick tick, SequencedCommands commands) { hold(batches_[tick], std::move(commands)); }
 
 v1::StoredPace Sequencer::stored_pace(std::uint64_t ticks_ahead) const {
   v1::StoredPace pace;
@@ -380,14 +382,12 @@ v1::Grant Sequencer::map_grant() {
   return grant;
 }
 
-void Sequencer::give(const Batch& batch, v1::Grant& grant) {
+void Sequencer::give(const SequencedCommands& batch, v1::Grant& grant) {
   invariant(held_commands_ >= batch.commands.size(), "commands are counted as they come");
   held_commands_ -= batch.commands.size();
   grant.set_commands(batch.commands.list());
-  for (const v1::NumberedShape& shape : batch.new_shapes) {
-    held_shape_bytes_ -= shape.ByteSizeLong();
-    *grant.add_new_shapes() = shape;
-  }
+  for (const v1::NumberedShape& shape : batch.new_shapes) held_shape_bytes_ -= shape.ByteSizeLong();
+  add_what_is_new(batch, grant);
 }
 
 v1::Grant Sequencer::question_grant(std::vector<v1::Question> questions) {

@@ -15,11 +15,19 @@
 #include "cluster.pb.h"
 #include "coordinator/fatal_tick.h"
 #include "lpss/grid/sector_map.h"
+#include "lpss/model/program.h"
 #include "lpss/tick/messages.h"
 #include "proto/wire.h"
 #include "store.pb.h"
 
 namespace tessera {
+
+// Commands that take effect together, with what they need, which is added before them.
+struct SequencedCommands {
+  PackedCommands commands;
+  std::vector<v1::NumberedShape> new_shapes;
+  ProgramModules new_modules;
+};
 
 // As grants carry it, with the servers that there are.
 v1::SectorMap map_message(const SectorMap& map);
@@ -78,8 +86,8 @@ class Sequencer {
   // The tick at whose beginning the next commands that are submitted take effect.
   Tick next_command_tick() const;
 
-  // Takes checked commands, with the shapes that they add: they take effect together, at next_command_tick().
-  void submit(const PackedCommands& commands, std::vector<v1::NumberedShape> new_shapes);
+  // Takes checked commands: they take effect together, at next_command_tick().
+  void submit(SequencedCommands commands);
 
   // Asks a question that is answered after all ticks that are certain, but not before the end of tick
   // `after`, as long as the world goes on up to that.
@@ -89,16 +97,12 @@ class Sequencer {
   void ask_first(v1::Question question);
 
   // The commands of each of the ticks after certain(), as far as there are any.
-  struct Held {
-    PackedCommands commands;
-    std::vector<v1::NumberedShape> new_shapes;
-  };
-  std::vector<Held> held() const;
+  std::vector<SequencedCommands> held() const;
 
   // As the first of all: the commands that a snapshot holds, and those that were stored since, by their
   // ticks.
-  void hold(std::vector<Held> held);
-  void hold_at(Tick tick, const PackedCommands& commands, std::vector<v1::NumberedShape> new_shapes);
+  void hold(std::vector<SequencedCommands> held);
+  void hold_at(Tick tick, SequencedCommands commands);
 
   // The map changes before the next tick that is granted, by a grant of its own: also while the world is
   // paused. Its newcomers are the last ranks from then on; `leaver` is the rank that a server had until then.
@@ -150,12 +154,8 @@ class Sequencer {
  private:
   enum class Mode { kPaused, kStepping, kRunning };
 
-  // The commands of one tick.
-  struct Batch {
-    PackedCommands commands;
-    std::vector<v1::NumberedShape> new_shapes;
-  };
-  using Batches = absl::btree_map<Tick, Batch>;  // by the tick at whose beginning they take effect
+  // By the tick at whose beginning they take effect.
+  using Batches = absl::btree_map<Tick, SequencedCommands>;
 
   // Tick `base_tick + n` (n >= 1) is due n - 1 periods after `base_time`.
   struct Pace {
@@ -178,8 +178,8 @@ class Sequencer {
   void forgive_debt(Nanoseconds now);
   v1::Grant next_grant(std::uint64_t ticks);
   v1::Grant map_grant();
-  void give(const Batch& batch, v1::Grant& grant);
-  void hold(Batch& batch, const PackedCommands& commands, std::vector<v1::NumberedShape> new_shapes);
+  void give(const SequencedCommands& batch, v1::Grant& grant);
+  void hold(SequencedCommands& batch, SequencedCommands more);
   v1::Grant question_grant(std::vector<v1::Question> questions);
   void ask_due(std::vector<v1::Grant>& grants);
   void settle();

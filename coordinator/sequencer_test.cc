@@ -85,7 +85,7 @@ TEST(Sequencer, CommandsGoIntoTheNextGrantByTheClock) {
   ASSERT_TRUE(sequencer.resume(1, {}).ok());
   EXPECT_EQ(ticks_of(sequencer.take_grants({})), 1u);
   EXPECT_EQ(sequencer.next_command_tick(), 2u) << "it is known at once";
-  sequencer.submit({RemoveBody{BodyId{1}}, RemoveBody{BodyId{2}}}, {});
+  sequencer.submit({.commands = {RemoveBody{BodyId{1}}, RemoveBody{BodyId{2}}}});
   EXPECT_EQ(sequencer.next_command_tick(), 2u) << "others may join them";
   EXPECT_TRUE(sequencer.take_grants(milliseconds(5)).empty());
   ASSERT_TRUE(sequencer.report(0, 1).ok());
@@ -194,7 +194,8 @@ TEST(Sequencer, HasLimits) {
   EXPECT_EQ(sequencer.room_for_commands(1, kHeldShapeBytesMax + 1).code(), kNoRoom);
   EXPECT_TRUE(sequencer.room_for_commands(kHeldCommandsMax, 0).ok());
   EXPECT_EQ(sequencer.room_for_commands(kHeldCommandsMax + 1, 0).code(), kNoRoom) << "a list is whole";
-  sequencer.submit(PackedCommands(std::vector<Command>(kHeldCommandsMax - 1, RemoveBody{BodyId{1}})), {});
+  sequencer.submit(
+      {.commands = PackedCommands(std::vector<Command>(kHeldCommandsMax - 1, RemoveBody{BodyId{1}}))});
   EXPECT_TRUE(sequencer.room_for_commands(1, 0).ok());
   EXPECT_EQ(sequencer.room_for_commands(2, 0).code(), kNoRoom);
   step(sequencer, 1, nobody);
@@ -211,11 +212,12 @@ TEST(Sequencer, HasLimits) {
 // What is held is granted after a question that is asked first, and goes on in another sequencer.
 TEST(Sequencer, GoesOnFromWhatAnotherHeld) {
   Sequencer before({.tick = 7});
-  before.submit({Teleport{.id = BodyId{1}}}, {});
-  before.hold_at(9, {ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}}, {v1::NumberedShape()});
+  before.submit({.commands = {Teleport{.id = BodyId{1}}}});
+  before.hold_at(9,
+                 {.commands = {ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}}, .new_shapes = {v1::NumberedShape()}});
   ASSERT_TRUE(before.resume(0, {}).ok());
   before.ask_first(v1::Question());
-  const std::vector<Sequencer::Held> held = before.held();
+  const std::vector<SequencedCommands> held = before.held();
   const std::vector<v1::Grant> asked = before.take_grants({});
   EXPECT_EQ(asked.front().questions_size(), 1);
   EXPECT_EQ(asked.front().ticks(), 0u);
@@ -254,12 +256,13 @@ struct Rewound {
       for (v1::Grant& grant : sequencer.take_grants({})) grants.push_back(std::move(grant));
       EXPECT_TRUE(sequencer.report(0, tick).ok());
     };
-    sequencer.submit({ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}}, {});
+    sequencer.submit({.commands = {ApplyImpulse{BodyId{1}, {1, 0, 0}, {}}}});
     run_to(5, nobody);
-    sequencer.submit({Teleport{.id = BodyId{1}}}, {});
-    sequencer.submit({ApplyImpulse{BodyId{1}, {2, 0, 0}, {}}}, {v1::NumberedShape()});
+    sequencer.submit({.commands = {Teleport{.id = BodyId{1}}}});
+    sequencer.submit(
+        {.commands = {ApplyImpulse{BodyId{1}, {2, 0, 0}, {}}}, .new_shapes = {v1::NumberedShape()}});
     run_to(10, nobody);
-    sequencer.submit({ApplyImpulse{BodyId{1}, {3, 0, 0}, {}}}, {});
+    sequencer.submit({.commands = {ApplyImpulse{BodyId{1}, {3, 0, 0}, {}}}});
     run_to(20, nobody);
     sequencer.forget_past(forgotten);
   }
@@ -296,7 +299,7 @@ TEST(Rewind, MayComeAgainToALaterTickBeforeAnythingWasGranted) {
 TEST(Rewind, WhatComesMeanwhileTakesEffectAfterwards) {
   Rewound world(7);
   world.sequencer.rewind(2, 1, 7);
-  world.sequencer.submit({ApplyImpulse{BodyId{1}, {4, 0, 0}, {}}}, {});
+  world.sequencer.submit({.commands = {ApplyImpulse{BodyId{1}, {4, 0, 0}, {}}}});
   EXPECT_EQ(world.sequencer.next_command_tick(), 21u);
   v1::Question question;
   question.set_id(5);

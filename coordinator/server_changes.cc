@@ -27,7 +27,7 @@ void ServerChanges::tend(const Checkpoints& checkpoints, Nanoseconds now) {
     if (const Server* server = context_.members.find(servers.leaver()->node))
       context_.log(absl::StrCat(title_of(*server), " takes no part in the world any more"));
   }
-  const std::vector<NodeId> wanted = context_.choice.chosen(world_.settings.precision, servers.unfit());
+  const std::vector<NodeId> wanted = context_.choice.chosen(world_.settings().precision, servers.unfit());
   if (wanted.empty()) return;
   if (servers.guest() && !is_in(wanted, servers.guest()->node)) dismiss_guest();
   if (servers.guest()) {
@@ -81,8 +81,8 @@ bool ServerChanges::invite(NodeId node, const Checkpoints& checkpoints) {
   Server& server = *context_.members.find(node);
   const Tick tick = checkpoints.latest();
   v1::LoadWorld load =
-      checkpoints.guest_load(world_.number, world_.settings, world_.anchor, world_.registry.shapes().at(tick),
-                             world_.servers.nodes(), world_.map);
+      checkpoints.guest_load(world_.number, world_.settings(), world_.anchor,
+                             world_.registry.shapes().at(tick), world_.servers.nodes(), world_.map);
   for (v1::Grant& past : world_.sequencer.granted_since(tick))
     *load.mutable_guest()->add_past() = std::move(past);
   load.mutable_guest()->set_serial(world_.sequencer.next_serial());

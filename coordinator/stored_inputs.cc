@@ -66,7 +66,7 @@ absl::StatusOr<GivenInputs> give_inputs(const StoredWorld& stored, Tick tick, Ac
     sessions.remember(request, given->applied);
     if (!commands.commands().empty()) inputs.given.push_back(&commands);
     if (!given->commands.empty()) {
-      world.sequencer.hold_at(commands.tick(), given->commands, std::move(given->new_shapes));
+      world.sequencer.hold_at(commands.tick(), *std::move(given));
     }
   }
   return inputs;

@@ -16,7 +16,7 @@ void UnstoredState::take_down(const ActiveWorld& world) {
   const Tick tick = world.sequencer.certain();
   const WorldCatalogue brief = with_held(world, world.registry.next_ids());
   SnapshotChunks head = held_chunks(brief);
-  head.push_back(head_chunk(brief, world.settings, world.anchor, tick));
+  head.push_back(head_chunk(brief, world.settings(), world.anchor, tick));
   head_.compare(std::move(head), take);
   // Shapes leave some ticks after the change that takes their last body.
   const std::vector<ShapeEntry> shapes = with_held_shapes(brief, world.registry.shapes().at(tick));

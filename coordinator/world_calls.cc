@@ -162,8 +162,7 @@ std::optional<v1::Applied> WorldCalls::on(Call<v1::Request, v1::Reply>& call,
     *reply.mutable_applied() = std::move(plan->given->applied);
     plan->recorded.mutable_commands()->Swap(call.request.mutable_commands());
     plan->recorded.set_owner(request.owner());
-    if (!plan->given->commands.empty())
-      world_.sequencer.submit(plan->given->commands, std::move(plan->given->new_shapes));
+    if (!plan->given->commands.empty()) world_.sequencer.submit(*std::move(plan->given));
     if (!plan->recorded.commands().empty() && context_.options.inputs)
       context_.options.inputs(recorded(plan->recorded));
     context_.journal.add(std::move(plan->recorded), call.id);
@@ -202,7 +201,7 @@ void WorldCalls::on(Call<v1::ResumeRequest, v1::ResumeReply>& call) {
 void WorldCalls::on(Call<v1::SnapshotRequest, SnapshotChunks>& call) {
   if (absl::Status status = world_.questions.room(); !status.ok()) return call.reply(status, {});
   const Tick tick = world_.sequencer.certain();
-  SnapshotChunks chunks = head_chunks(with_held(world_, world_.registry.catalogue()), world_.settings,
+  SnapshotChunks chunks = head_chunks(with_held(world_, world_.registry.catalogue()), world_.settings(),
                                       world_.anchor, tick, world_.registry.shapes().at(tick));
   world_.sequencer.ask_first(world_.questions.snapshot(
       v1::SnapshotQuery(),

@@ -208,7 +208,14 @@ absl::StatusOr<WorldRegistry::Spawned> WorldRegistry::spawn(const v1::Spawn& spa
   Spawned spawned;
   if (absl::Status status = take_shapes(*model, spawn, at, shape_bytes_max, spawned); !status.ok())
     return status;
-  undo_.add([this, first] { next_id_ = first; });
+  const std::size_t modules = settings_.modules.size();
+  undo_.add([this, first, modules] {
+    next_id_ = first;
+    settings_.modules.resize(modules);
+  });
+  settings_.modules = model->settings.modules;
+  spawned.new_modules.assign(settings_.modules.begin() + static_cast<std::ptrdiff_t>(modules),
+                             settings_.modules.end());
   for (std::size_t n = 0; n < records->size(); ++n) {
     BodyRecord& record = (*records)[n];
     record.id = BodyId{first.value + n};

@@ -73,6 +73,7 @@ class WorldRegistry {
     std::vector<BodyRecord> bodies;
     std::vector<JointRecord> joints;
     std::vector<v1::NumberedShape> new_shapes;  // those that the world did not have yet
+    ProgramModules new_modules;                 // likewise
   };
   // The bodies are the `owner`'s.
   absl::StatusOr<Spawned> spawn(const v1::Spawn& spawn, Tick at, const std::string& owner = {},

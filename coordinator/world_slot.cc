@@ -284,7 +284,7 @@ absl::Status WorldSlot::leave_out(Tick tick, Sessions& sessions, Nanoseconds now
   const std::unique_ptr<HostedWorld> left = std::exchange(hosted_, *std::move(next));
   left->abandon(
       absl::UnavailableError("the world was set back, for commands have ended its servers: ask again"));
-  unload_except(*left, context_.choice.chosen(hosted_->world().settings.precision));
+  unload_except(*left, context_.choice.chosen(hosted_->world().settings().precision));
   hosted_->take_streams(*left);
   context_.journal.resume(hosted_->world().sequencer.certain());
   return hosted_->come_back();

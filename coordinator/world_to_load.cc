@@ -47,12 +47,12 @@ WorldRegistry registry_of(const WorldToLoad& world) {
   return {snapshot.world, snapshot.catalogue};
 }
 
-std::vector<Sequencer::Held> held_of(const WorldToLoad& world) {
-  std::vector<Sequencer::Held> held;
+std::vector<SequencedCommands> held_of(const WorldToLoad& world) {
+  std::vector<SequencedCommands> held;
   const auto* snapshot = std::get_if<ReadSnapshot>(&world.from);
   if (snapshot == nullptr) return held;
   for (const WorldCatalogue::HeldBatch& batch : snapshot->catalogue.held) {
-    Sequencer::Held& to = held.emplace_back();
+    SequencedCommands& to = held.emplace_back();
     to.commands.append(batch.commands);
     for (const ShapeEntry& entry : batch.new_shapes) to.new_shapes.push_back(to_proto(entry));
   }

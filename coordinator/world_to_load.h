@@ -38,6 +38,6 @@ absl::StatusOr<WorldToLoad> described_world(const v1::World& message);
 WorldRegistry registry_of(const WorldToLoad& world);
 
 // The commands of ticks to come that a snapshot has.
-std::vector<Sequencer::Held> held_of(const WorldToLoad& world);
+std::vector<SequencedCommands> held_of(const WorldToLoad& world);
 
 }  // namespace tessera

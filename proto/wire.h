@@ -20,7 +20,7 @@
 
 namespace tessera {
 
-inline constexpr std::uint32_t kClusterProtocol = 13;
+inline constexpr std::uint32_t kClusterProtocol = 14;
 
 // Of joints, commands, sectors and what all share, in snapshots and stores.
 inline constexpr std::uint32_t kStoredVersion = 5;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "lpss/model/checks.h"
+#include "lpss/model/limits.h"
 #include "lpss/model/validate.h"
 #include "lpss/observe/state.h"
 #include "lpss/partition/bodies.h"
@@ -108,6 +109,18 @@ absl::Status add_shapes(Partition& partition, google::protobuf::RepeatedPtrField
     add_shape(partition, message.id(), std::make_shared<const Shape>(*std::move(shape)));
   }
   return absl::OkStatus();
+}
+
+absl::Status add_modules(Partition& partition, google::protobuf::RepeatedPtrField<std::string>& modules) {
+  for (std::string& bytes : modules) {
+    absl::StatusOr<std::shared_ptr<const ProgramModule>> module = load_module(std::move(bytes));
+    if (!module.ok()) return module.status();
+    if (absl::Status status = can_run({*module}); !status.ok()) return status;
+    add_module(partition, *module);
+  }
+  if (partition.settings.modules.size() <= kModulesMax) return absl::OkStatus();
+  return refused("modules: their number ", partition.settings.modules.size(), " must be at most ",
+                 kModulesMax);
 }
 
 }  // namespace tessera

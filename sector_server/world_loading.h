@@ -32,4 +32,8 @@ absl::StatusOr<SectorMap> map_of(const Partition& partition, const v1::SectorMap
 // this server does not have.
 absl::Status add_shapes(Partition& partition, google::protobuf::RepeatedPtrField<v1::NumberedShape>& shapes);
 
+// Likewise of modules, but for those that are there already. NOT_FOUND where this server has no engine for
+// them.
+absl::Status add_modules(Partition& partition, google::protobuf::RepeatedPtrField<std::string>& modules);
+
 }  // namespace tessera

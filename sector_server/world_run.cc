@@ -47,8 +47,7 @@ absl::StatusOr<std::unique_ptr<WorldRun>> WorldRun::create(v1::LoadWorld& load, 
     return run;
   }
   for (v1::Grant& past : *load.mutable_guest()->mutable_past()) {
-    if (absl::Status status = add_shapes(*run->partition_, *past.mutable_new_shapes()); !status.ok())
-      return status;
+    if (absl::Status status = run->add_what_is_new(past); !status.ok()) return status;
     if (absl::Status status = run->follow(past); !status.ok()) return status;
   }
   return run;
@@ -102,8 +101,7 @@ absl::Status WorldRun::proceed(const Clock& clock) { return round_ ? advance(clo
 
 absl::Status WorldRun::next_piece(const Clock& clock) {
   if (v1::Grant* grant = grants_.begin_next()) {
-    if (absl::Status status = add_shapes(*partition_, *grant->mutable_new_shapes()); !status.ok())
-      return status;
+    if (absl::Status status = add_what_is_new(*grant); !status.ok()) return status;
   }
   if (const v1::SectorMap* map = grants_.take_map()) return change_map(*map, clock);
   if (is_guest()) return follow(grants_.take_rest());
@@ -112,6 +110,11 @@ absl::Status WorldRun::next_piece(const Clock& clock) {
   if (const std::optional<v1::Question> question = grants_.take_question())
     answers_.answer(*question, tick_, /*with_shared=*/exchange_.self() == 0, meter_, clock);
   return absl::OkStatus();
+}
+
+absl::Status WorldRun::add_what_is_new(v1::Grant& grant) {
+  if (absl::Status status = add_shapes(*partition_, *grant.mutable_new_shapes()); !status.ok()) return status;
+  return add_modules(*partition_, *grant.mutable_new_modules());
 }
 
 absl::Status WorldRun::begin_tick(const std::string* packed_commands, const Clock& clock) {

@@ -105,6 +105,7 @@ class WorldRun {
   absl::Status begin_tick(const std::string* packed_commands, const Clock& clock);
   absl::Status change_map(const v1::SectorMap& message, const Clock& clock);
   void join();
+  absl::Status add_what_is_new(v1::Grant& grant);
   absl::Status follow(const v1::Grant& grant);
   absl::Status advance(const Clock& clock);
   void go_on(std::optional<Round> round, Nanoseconds began, const Clock& clock);

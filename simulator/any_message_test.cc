@@ -13,6 +13,7 @@
 #include "lpss/programs/registry.h"
 #include "lpss/simulation/example_programs.h"
 #include "lpss/wasm/test_modules.h"
+#include "simulator/late_module.h"
 #include "simulator/scenario.h"
 
 namespace tessera {
@@ -52,7 +53,7 @@ TEST_F(AnyMessages, EveryKindIsDrawn) {
   EXPECT_EQ(queries.size(), kinds_of(*v1::Query::descriptor()));
 }
 
-// Of programs that are built in, and of modules of the world.
+// Of programs that are built in, of modules of the world, and of one that it gets.
 TEST_F(AnyMessages, EveryProgramIsDrawnAndMostAreTaken) {
   const auto module = load_module(wasm::test_module(R"((module (memory 1) (func (export "run"))))"));
   ASSERT_TRUE(module.ok()) << module.status();
@@ -81,7 +82,7 @@ TEST_F(AnyMessages, EveryProgramIsDrawnAndMostAreTaken) {
     ++tells;
     if (give(list, registry, 1).ok()) ++taken;
   }
-  std::set<std::string> all = {(*module)->kind};
+  std::set<std::string> all = {(*module)->kind, late_module()->kind};
   for (const Program* program : programs()) all.emplace(program->kind());
   EXPECT_EQ(drawn, all);
   EXPECT_GT(taken, tells * 9 / 10) << taken << " of " << tells;

@@ -10,6 +10,7 @@
 #include "lpss/model/limits.h"
 #include "proto/convert.h"
 #include "simulator/any_message.h"
+#include "simulator/late_module.h"
 
 namespace tessera {
 namespace {
@@ -37,6 +38,7 @@ void AnyMessage::fill_model(v1::Model& model) {
     for (std::uint64_t left = 1 + dice_.below(kProgramsMax); left > 0; --left)
       *body.add_programs() = program.for_body(motion, bodies, bodies - 1);
   }
+  if (is_valid_ || !dice_.one_in(3)) bring_late_module(model);
   for (std::uint64_t child = 2; child <= bodies; ++child) {
     v1::Joint& joint = *model.add_joints();
     fill_joint(joint);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "lpss/programs/registry.h"
+#include "simulator/late_module.h"
 
 namespace tessera {
 namespace {
@@ -16,7 +17,10 @@ constexpr double kNowAndThen = 30;
 
 AnyProgram::AnyProgram(Dice& dice, const KnownWorld& world, Number number)
     : dice_(dice), world_(world), number_(std::move(number)), kinds_(programs().begin(), programs().end()) {
-  for (const auto& module : world.settings.modules) kinds_.push_back(find_program(module->kind));
+  const ProgramModules& modules = world.settings.modules;
+  for (const auto& module : modules) kinds_.push_back(find_program(module->kind));
+  if (late_module() && std::ranges::find(modules, late_module()) == modules.end())
+    kinds_.push_back(find_program(late_module()->kind));
 }
 
 v1::Program AnyProgram::for_body(v1::Motion motion, std::uint64_t bodies, std::uint64_t joints) {

@@ -1,5 +1,5 @@
-// Programs at random, of every kind that bodies of a world may have: those of its modules, and those that are
-// built in, so that a new one is drawn without a line here.
+// Programs at random, of every kind that bodies of a world may have: those of its modules, of a module that
+// it does not have yet, and those that are built in, so that a new one is drawn without a line here.
 #pragma once
 
 #include <cstdint>

@@ -49,6 +49,8 @@ class Playback {
     if (!given.ok()) return given.status();
     for (const v1::NumberedShape& shape : given->new_shapes)
       simulation_->add_shape(shape.id(), registry_.shapes().ref(shape.id()));
+    for (const std::shared_ptr<const ProgramModule>& module : given->new_modules)
+      simulation_->add_module(module);
     std::ranges::move(given->commands.unpacked(), std::back_inserter(commands_));
     return absl::OkStatus();
   }

@@ -7,6 +7,7 @@
 
 #include "lpss/simulation/example_worlds.h"
 #include "proto/convert.h"
+#include "simulator/late_module.h"
 
 namespace tessera {
 namespace {
@@ -196,6 +197,7 @@ void Workload::add_programs(v1::Model& model) {
     for (std::uint64_t left = dice_.below(kNewProgramsMax + 1); left > 0; --left)
       *body.add_programs() = program.for_body(body.properties().motion(), bodies, joints);
   }
+  bring_late_module(model);
 }
 
 void Workload::tell(v1::Request& request) {

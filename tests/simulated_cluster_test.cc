@@ -171,6 +171,28 @@ TEST_F(ProgramScenarios, FaultsChangeNothing) {
   expect_all_right(10, {.links = true, .commands = 10, .faults = some({{FaultKind::kCrash, 1}})});
 }
 
+// Clients bring the module of those balls to a crowd that begins without it.
+class LateModuleScenarios : public Scenarios {
+ protected:
+  LateModuleScenarios() : Scenarios(crowd_world(sectors_of_8())) {}
+
+ private:
+  static WorldSettings sectors_of_8() {
+    WorldSettings settings;
+    settings.sector_size = 8;
+    return settings;
+  }
+};
+
+TEST_F(LateModuleScenarios, FaultsChangeNothing) {
+  expect_all_right(30, {.commands = 20,
+                        .faults = some({{FaultKind::kCut, 1},
+                                        {FaultKind::kCrash, 2},
+                                        {FaultKind::kCoordinatorCrash, 1},
+                                        {FaultKind::kJoin, 1},
+                                        {FaultKind::kDrain, 1}})});
+}
+
 // A difference that no body shows is found, at its tick.
 TEST(ProgramHashes, AreComparedAfterEveryTick) {
   std::vector<v1::RecordedInput> log;

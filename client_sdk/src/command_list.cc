@@ -36,6 +36,7 @@ CommandList& CommandList::spawn(const NewBody& body) {
   *model.add_shapes() = to_proto(body.shape);
   *model.add_bodies() = to_proto(body.body);
   model.mutable_bodies(0)->mutable_properties()->set_shape(0);
+  for (const std::shared_ptr<const ProgramModule>& module : body.modules) model.add_modules(module->bytes);
   return *this;
 }
 
@@ -47,6 +48,7 @@ CommandList& CommandList::spawn(const WorldDescription& model, const std::string
   spawn.mutable_model()->mutable_bodies()->Swap(world.mutable_bodies());
   spawn.mutable_model()->mutable_joints()->Swap(world.mutable_joints());
   spawn.mutable_model()->mutable_frames()->Swap(world.mutable_frames());
+  spawn.mutable_model()->mutable_modules()->Swap(world.mutable_settings()->mutable_modules());
   spawn.set_prefix(prefix);
   if (pose) *spawn.mutable_pose() = to_proto(*pose);
   return *this;

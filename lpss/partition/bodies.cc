@@ -71,6 +71,11 @@ void forget_shape(Partition& partition, ShapeId id) {
   if (partition.shapes.erase(id) > 0) partition.engine.forget_shape(id);
 }
 
+void add_module(Partition& partition, const std::shared_ptr<const ProgramModule>& module) {
+  ProgramModules& modules = partition.settings.modules;
+  if (std::ranges::find(modules, module) == modules.end()) modules.push_back(module);
+}
+
 double radius_of(const Partition& partition, const BodyProperties& properties) {
   const auto shape = partition.shapes.find(properties.shape);
   invariant(shape != partition.shapes.end(), "a body refers to a shape that was never added");

@@ -13,6 +13,9 @@ void add_shape(Partition& partition, ShapeId id, ShapeRef shape);
 // No body has it any more. Does nothing for one that is unknown.
 void forget_shape(Partition& partition, ShapeId id);
 
+// Bodies may have programs of it from now on. Does nothing where the world has it.
+void add_module(Partition& partition, const std::shared_ptr<const ProgramModule>& module);
+
 // Static bodies: all of the world, on every server. Others: only those whose home the partition hosts are
 // taken.
 void add_body(Partition& partition, const BodyRecord& record);

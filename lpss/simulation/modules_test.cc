@@ -186,6 +186,32 @@ TEST(Modules, GoOnFromASnapshot) {
   EXPECT_EQ(hashes_of(**restored, 100), expected);
 }
 
+// Of a world that runs.
+TEST(Modules, MayComeWithABodyThatIsSpawned) {
+  const auto module = module_of(kSwarm, kSwarmText);
+  WorldBuilder builder(settings_of(8));
+  builder.add_floor(60, 0);
+  add_ball(builder, "hunted", {3.3, 0.2, 0.5});
+  const WorldDescription& world = builder.world();
+  SpawnBody spawned{records_of(world)->back()};
+  const double hunted = static_cast<double>(spawned.record.id.value);
+  ++spawned.record.id.value;
+  spawned.record.state.position = {0.3, 0.2, 0.5};
+  spawned.record.programs = {example_program(module->kind, {{"after", hunted}})};
+  const auto hashes_on = [&](std::uint32_t partitions) {
+    auto cluster = cluster_of(world, partitions);
+    Hashes hashes = hashes_of(*cluster, 10);
+    cluster->add_module(module);
+    cluster->step(std::vector<Command>{spawned});
+    std::ranges::move(hashes_of(*cluster, 60), std::back_inserter(hashes));
+    EXPECT_EQ(cluster->snapshot().settings.modules, ProgramModules{module});
+    EXPECT_TRUE(validate(cluster->snapshot()).ok());
+    EXPECT_GT(program_of(*cluster, world.bodies.size()).values.at(0), 0);
+    return hashes;
+  };
+  EXPECT_EQ(hashes_on(3), hashes_on(1));
+}
+
 // What a module does, and how its instance is stopped; empty: it goes on.
 struct Hostile {
   std::string name;

@@ -103,6 +103,10 @@ void PartitionCluster::add_shape(ShapeId id, const ShapeRef& shape) {
   for (Member& member : members_) tessera::add_shape(*member.partition, id, shape);
 }
 
+void PartitionCluster::add_module(const std::shared_ptr<const ProgramModule>& module) {
+  for (Member& member : members_) tessera::add_module(*member.partition, module);
+}
+
 // Lets every partition go on as soon as it has heard whom it waits for.
 void PartitionCluster::step(std::span<const Command> commands) {
   ++tick_;

@@ -29,6 +29,7 @@ class PartitionCluster {
 
   // A shape for bodies that commands spawn; its id must be new.
   void add_shape(ShapeId id, const ShapeRef& shape);
+  void add_module(const std::shared_ptr<const ProgramModule>& module);  // that this process can run
 
   void step(std::span<const Command> commands = {});
 

@@ -74,6 +74,10 @@ WorldSnapshot Simulation::snapshot() const {
           .sectors = pack_sectors(*partition_)};
 }
 
+void Simulation::add_module(const std::shared_ptr<const ProgramModule>& module) {
+  tessera::add_module(*partition_, module);
+}
+
 void Simulation::add_shape(ShapeId id, ShapeRef shape) {
   tessera::add_shape(*partition_, id, std::move(shape));
 }

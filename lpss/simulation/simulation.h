@@ -40,6 +40,7 @@ class Simulation {
 
   // A shape for bodies that commands spawn; its id must be new.
   void add_shape(ShapeId id, ShapeRef shape);
+  void add_module(const std::shared_ptr<const ProgramModule>& module);  // that this process can run
 
   // One tick; the commands take effect at its beginning.
   void step(std::span<const Command> commands = {});

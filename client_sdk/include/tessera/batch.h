@@ -44,6 +44,7 @@ using BodyName = std::variant<BodyId, std::string>;
 struct NewBody {
   BodyDescription body;
   Shape shape;
+  ProgramModules modules = {};  // of its programs: the world has them from then on
 };
 
 // A joint to add, with its frames in body frames. The bodies of `joint.properties` are ignored: `parent` and

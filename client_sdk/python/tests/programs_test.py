@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from conftest import flat_world
+from conftest import WORLDS, flat_world
 
 import tessera
 
@@ -59,6 +59,28 @@ def test_what_is_wrong_is_named(client: tessera.Client) -> None:
         client.tell_program("ground", x=1)
     with pytest.raises(tessera.errors.NotFound, match='no program "walker"'):
         client.spawn(tessera.Body("other", tessera.box(1, 1, 1), programs=[tessera.Program("walker")]))
+
+
+def ball(name: str, along: float) -> tessera.Body:
+    flee = tessera.Program("flee", module=WORLDS / "programs" / "flee.wasm", radius=3)
+    return tessera.Body(name, tessera.sphere(0.3), 2, (along, 3, 0.3), programs=[flee])
+
+
+def test_a_running_world_gets_the_module_of_a_program(client: tessera.Client) -> None:
+    with pytest.raises(tessera.errors.NotFound, match='no program "flee"'):
+        client.spawn(tessera.Body("other", tessera.box(1, 1, 1), programs=[tessera.Program("flee")]))
+    client.spawn(ball("first", 1))
+    client.spawn(ball("second", -1))
+    client.step(5)
+    kinds = {found.kind for found in client.programs() if found.body_name != "loaded"}
+    assert [kind.split("@")[0] for kind in kinds] == ["flee"]
+    world = tessera.World("whole", tessera.Settings(sector_size=8))
+    world.add(ball("third", 0))
+    world.add(ball("fourth", 2))
+    assert len(world.message.settings.modules) == 1
+    client.load(world, replace=True)
+    client.step(5)
+    assert {found.kind for found in client.programs()} == kinds
 
 
 def test_what_they_publish_is_streamed(client: tessera.Client) -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import enum
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from tessera._proto import world_pb2
 from tessera._proto.world_pb2 import Shape
@@ -58,10 +60,16 @@ class Surface:
 class Program:
     """A program of a body, with parameters and inputs by their names: `Program("character", step=0.3, x=1.0)`. A number
     that is a body is, as in a joint, its place in the list of bodies plus one.
+
+    `kind` may be the name of a program in WebAssembly, of a `module` that the world has or gets with the body: its bytes,
+    or its file. OSError where that cannot be read.
     """
 
-    def __init__(self, kind: str, **numbers: float) -> None:
+    def __init__(
+        self, kind: str, *, module: bytes | str | os.PathLike[str] | None = None, **numbers: float
+    ) -> None:
         self.kind = kind
+        self.module = module if module is None or isinstance(module, bytes) else Path(module).read_bytes()
         self.numbers = numbers
 
     def message(self) -> world_pb2.Program:
@@ -134,6 +142,10 @@ class Body:
             user_data=self.user_data,
             programs=[program.message() for program in self.programs],
         )
+
+    def modules(self) -> list[bytes]:
+        """The modules of its programs, each once."""
+        return list(dict.fromkeys(program.module for program in self.programs if program.module is not None))
 
     def _moments(self) -> VectorLike:
         if self.inertia is not None:

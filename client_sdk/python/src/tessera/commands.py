@@ -72,16 +72,22 @@ def spawn(
     position: PositionLike | None = None,
     orientation: VectorLike | None = None,
 ) -> Command:
-    """Adds a body, or a model: the bodies, joints and frames of a `World`, as `World.read()` has it of a file.
+    """Adds a body, or a model: the bodies, joints, frames and modules of a `World`, as `World.read()` has it of a file.
 
     `prefix` comes before all names. With a `position`, or an `orientation` (x y z w), the origin of the model, which
     is the centre of its sector (0, 0, 0), comes there. AlreadyExists for a name in use, InvalidArgument, OutOfRange.
     """
     if isinstance(what, World):
         world = what.message
-        model = Model(shapes=world.shapes, bodies=world.bodies, joints=world.joints, frames=world.frames)
+        model = Model(
+            shapes=world.shapes,
+            bodies=world.bodies,
+            joints=world.joints,
+            frames=world.frames,
+            modules=world.settings.modules,
+        )
     else:
-        model = Model(shapes=[what.shape], bodies=[what.message()])
+        model = Model(shapes=[what.shape], bodies=[what.message()], modules=what.modules())
     is_placed = position is not None or orientation is not None
     pose = world_pose_message(WorldPosition() if position is None else position, orientation) if is_placed else None
     return Command(spawn=Spawn(model=model, prefix=prefix, pose=pose))

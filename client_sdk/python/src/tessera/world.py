@@ -137,6 +137,8 @@ class World:
     def add(self, body: Body) -> None:
         """Adds a body. Equal shapes are stored once."""
         self.message.bodies.append(body.message(self._place_of(body.shape)))
+        modules = self.message.settings.modules
+        modules.extend(module for module in body.modules() if module not in modules)
 
     def add_joint(self, joint: Joint) -> None:
         """Adds a joint between bodies of this world. NotFound if it refers to another body."""
