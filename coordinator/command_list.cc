@@ -73,8 +73,15 @@ class CommandList {
   }
 
   absl::Status spawn(int place, const v1::Spawn& spawn) {
+    if (!owner_.empty() && !spawn.model().modules().empty())
+      return absl::PermissionDeniedError("model: only a request without an owner may bring modules");
     absl::StatusOr<WorldRegistry::Spawned> spawned = registry_.spawn(spawn, at_, owner_, shape_bytes_max_);
     if (!spawned.ok()) return spawned.status();
+    for (const BodyRecord& body : spawned->bodies) {
+      for (const ProgramRecord& program : body.programs) {
+        if (absl::Status status = may_have(owner_, program); !status.ok()) return status;
+      }
+    }
     v1::Created& created = *given_.applied.add_created();
     created.set_command(place);
     created.set_first_body(spawned->bodies.front().id.value);

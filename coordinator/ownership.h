@@ -17,4 +17,7 @@ absl::Status may_command(const std::string& owner, BodyId body, const WorldRegis
 absl::Status may_command(const std::string& owner, const JointRecord& joint, const WorldRegistry& world);
 absl::Status may_give(const std::string& owner, const Command& command, const WorldRegistry& world);
 
+// Likewise where a program of a body that is spawned acts on those of others.
+absl::Status may_have(const std::string& owner, const ProgramRecord& program);
+
 }  // namespace tessera

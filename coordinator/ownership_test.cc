@@ -83,6 +83,40 @@ TEST_F(Ownership, NothingElseIsCommanded) {
   EXPECT_EQ(registry_.find(BodyId{2})->tags.user_data, "");
 }
 
+v1::Command spawn_with(const std::string& name, const std::string& program) {
+  v1::Command command = spawn(name);
+  command.mutable_spawn()->mutable_model()->mutable_bodies(0)->add_programs()->set_kind(program);
+  return command;
+}
+
+v1::Command tell(const std::string& body, const std::string& number, std::uint64_t value) {
+  v1::Command command;
+  command.mutable_tell_program()->mutable_body()->set_name(body);
+  v1::NamedNumber& told = *command.mutable_tell_program()->add_numbers();
+  told.set_name(number);
+  told.set_value(static_cast<double>(value));
+  return command;
+}
+
+TEST_F(Ownership, ProgramsActOnNothingElse) {
+  ASSERT_TRUE(give({hinge("pin", "", "egg")}, "").ok());
+  ASSERT_TRUE(
+      give({spawn_with("plate", "pad"), spawn_with("servo", "pid"), hinge("nail", "", "servo")}, "alice")
+          .ok());
+  const std::uint64_t plate = found("plate").id();
+  EXPECT_TRUE(
+      give({tell("plate", "body", plate), tell("plate", "body", 0), tell("servo", "joint", 2)}, "alice")
+          .ok());
+  expect_denied({tell("plate", "body", 2)}, "alice", "body: body 'ball': it is not owned by 'alice'");
+  expect_denied({tell("servo", "joint", 1)}, "alice", "joint: body 'egg'");
+  EXPECT_TRUE(give({tell("plate", "body", 2), tell("servo", "joint", 1)}, "").ok());
+  for (const char* kind : {"field", "portal"})
+    expect_denied({spawn_with("zone", kind)}, "alice", "acts on bodies of all owners");
+  v1::Command module = spawn("own");
+  module.mutable_spawn()->mutable_model()->add_modules("any");
+  expect_denied({module}, "alice", "only a request without an owner may bring modules");
+}
+
 TEST_F(Ownership, IsGivenByWhoHasNoLimits) {
   v1::Command gift = properties_of("ball");
   gift.mutable_set_properties()->set_owner("alice");

@@ -65,6 +65,7 @@ class Field final : public Program {
   std::span<const NumberSpec> parameters() const override { return kParameters; }
   std::span<const NumberSpec> inputs() const override { return kInputs; }
   std::span<const NumberSpec> values() const override { return kValues; }
+  bool acts_on_others() const override { return true; }
 
   void ask(const Senses&, std::span<const double>, Asker& asker) const override { asker.visitors(); }
 

@@ -58,6 +58,7 @@ class Portal final : public Program {
   std::span<const NumberSpec> parameters() const override { return kParameters; }
   std::span<const NumberSpec> inputs() const override { return kInputs; }
   std::span<const NumberSpec> values() const override { return kValues; }
+  bool acts_on_others() const override { return true; }
 
   void ask(const Senses& senses, std::span<const double> values, Asker& asker) const override {
     if (!is_open(senses) || static_cast<double>(senses.tick) < at(values, Value::kUntil)) return;

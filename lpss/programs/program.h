@@ -174,6 +174,8 @@ class Program {
   virtual std::optional<Motion> motion() const { return std::nullopt; }
   // Whether it may remove joints of its body.
   virtual bool removes_joints() const { return false; }
+  // Whether it acts on bodies that it meets or finds, whoever's they are, by more than pushing off from them.
+  virtual bool acts_on_others() const { return false; }
   // Whether it can work on such a body: INVALID_ARGUMENT, and what it must be.
   absl::Status check(const BodyProperties& properties) const;
 
