@@ -45,13 +45,14 @@ class NetworkCluster {
     return NetworkCluster(*std::move(processes));
   }
 
-  absl::Status restore(const SnapshotChunks& chunks) {
+  absl::Status restore(const SnapshotChunks& chunks, bool replay) {
     grpc::ClientContext context;
     v1::LoadReply reply;
     const auto stream = stub_->Restore(&context, &reply);
     SnapshotEncoder encoder;
     v1::RestoreRequest request;
     request.set_replace(true);
+    request.set_replay(replay);
     for (const v1::SnapshotChunk& chunk : chunks) {
       absl::StatusOr<std::string> bytes = encoder.encode(chunk);
       if (!bytes.ok()) return bytes.status();
@@ -163,6 +164,7 @@ class Player {
     v1::LoadRequest request;
     *request.mutable_world() = world;
     request.set_replace(true);
+    request.set_replay(true);
     report_.world = world.name();
     report_.tick = 0;
     return cluster_.template call<v1::LoadRequest, v1::LoadReply>(request).status();
@@ -171,7 +173,7 @@ class Player {
   absl::Status restore(const SnapshotChunks& snapshot) {
     report_.world = snapshot.front().head().name();
     report_.tick = snapshot.front().head().tick();
-    return cluster_.restore(snapshot);
+    return cluster_.restore(snapshot, /*replay=*/true);
   }
 
   absl::Status run_to(Tick tick) {

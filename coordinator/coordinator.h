@@ -55,6 +55,7 @@ struct ClientCall {
 // What streams of chunks bring in and take out.
 struct RestoreChunks {
   bool replace = false;
+  bool replay = false;
   std::vector<v1::SnapshotChunk> chunks;
 };
 using SnapshotChunks = std::vector<v1::SnapshotChunk>;

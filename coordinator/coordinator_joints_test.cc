@@ -133,6 +133,50 @@ TEST(Joints, FollowNoneThatAProgramMayRemove) {
                         "the program breaker of body 'ball'"));
 }
 
+// A server tells that a program has removed joints in tick 2, the last one so far.
+void tell_of_torn(TestCluster& cluster, const std::vector<std::uint64_t>& torn) {
+  const std::uint64_t world = cluster.work(kFirst).at(0).world();
+  cluster.work_all();
+  v1::TickReport report;
+  report.set_tick(2);
+  for (const std::uint64_t joint : torn) report.add_removed_joints(joint);
+  // As where a tick is repeated.
+  for (int times = 0; times < 2; ++times) cluster.report(kFirst, world, 2, {report});
+}
+
+TEST(Joints, ThatProgramsHaveRemovedAreForgotten) {
+  const auto cluster = loaded_cluster();
+  const std::uint64_t torn = added(cluster->apply(hinge("torn", "", "ball")));
+  ASSERT_TRUE(cluster->apply(hinge("kept", "", "egg"))->ok());
+  cluster->step(2);
+  tell_of_torn(*cluster, {torn, torn + 100});
+  EXPECT_THAT(joints(*cluster), ElementsAre("kept"));
+  EXPECT_EQ(cluster->apply(removal_of_joint("torn"))->code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(cluster->apply(teleport("ball", {}))->ok()) << "nothing holds it";
+  EXPECT_EQ(added(cluster->apply(hinge("torn", "", "ball"))), torn + 2);
+}
+
+// It is stored and recorded as a list of a client is, and in a replay it comes from the recording.
+TEST(Joints, ThatProgramsHaveRemovedAreTakenOutByACommand) {
+  for (const bool is_replay : {false, true}) {
+    std::vector<v1::RecordedCommands> lists;
+    CoordinatorOptions options;
+    options.inputs = [&](const v1::RecordedInput& input) {
+      if (input.has_commands()) lists.push_back(input.commands());
+    };
+    const auto cluster = loaded_cluster(options, small_world(), is_replay);
+    const std::uint64_t torn = added(cluster->apply(hinge("torn", "", "ball")));
+    cluster->step(2);
+    tell_of_torn(*cluster, {torn});
+    ASSERT_EQ(lists.size(), is_replay ? 1u : 2u);
+    EXPECT_EQ(joints(*cluster).size(), is_replay ? 1u : 0u);
+    if (is_replay) continue;
+    ASSERT_EQ(lists[1].commands_size(), 1);
+    EXPECT_EQ(lists[1].commands(0).remove_joint().joint().id(), torn);
+    EXPECT_EQ(lists[1].tick(), 3u);
+  }
+}
+
 TEST(Joints, ATeleportOfWhatTheyHoldSaysThatItMovesOneBodyAlone) {
   const auto cluster = loaded_cluster();
   ASSERT_TRUE(cluster->apply(hinge("arm", "lift", "egg"))->ok());

@@ -20,7 +20,8 @@ HostedWorld::HostedWorld(const CoordinatorContext& context, std::shared_ptr<cons
                           context.has_checkpoints())),
       balancing_(context, world_),
       links_(context.members.contact_timeout(), kLongMessageMax),
-      changes_(context, world_, balancing_) {
+      changes_(context, world_, balancing_),
+      torn_(context, world_, from->is_replay) {
   if (context.has_checkpoints()) checkpoints_.emplace(context, world_, std::move(from));
 }
 
@@ -100,13 +101,17 @@ absl::Status HostedWorld::on_report(Server& server, const v1::Report& report) {
   server.exchange_messages = std::max(server.exchange_messages, report.exchange_messages());
   server.ground = report.ground();
   for (const v1::TickReport& tick : report.ticks()) {
+    torn_.add(tick);
     const std::optional<TickSums> whole = world_.statistics.add(server.node, tick);
     if (whole && context_.options.inputs) context_.options.inputs(recorded(*whole));
   }
   if (!rank) return absl::OkStatus();
   name_slow_server();
   absl::Status status = world_.sequencer.report(*rank, report.tick());
-  if (status.ok()) return status;
+  if (status.ok()) {
+    torn_.take_out();
+    return status;
+  }
   return absl::InternalError(absl::StrCat(title_of(server), " is out of step: ", status.message()));
 }
 

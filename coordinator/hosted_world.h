@@ -16,6 +16,7 @@
 #include "coordinator/context.h"
 #include "coordinator/link_watch.h"
 #include "coordinator/server_changes.h"
+#include "coordinator/torn_joints.h"
 
 namespace tessera {
 
@@ -92,6 +93,7 @@ class HostedWorld {
   Balancing balancing_;
   LinkWatch links_;
   ServerChanges changes_;
+  TornJoints torn_;
   std::optional<Nanoseconds> gathers_until_;  // for servers, while it has none
   std::uint64_t recoveries_ = 0;
   std::deque<v1::CutOff> cut_off_;  // the last ones

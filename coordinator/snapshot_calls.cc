@@ -111,7 +111,10 @@ class RestoreCall final : public grpc::ServerReadReactor<v1::RestoreRequest> {
       return end({grpc::StatusCode::RESOURCE_EXHAUSTED,
                   absl::StrCat("a snapshot may have at most ", kSnapshotBytesMax, " bytes")});
     }
-    if (is_first_) restored_.replace = message_.replace();
+    if (is_first_) {
+      restored_.replace = message_.replace();
+      restored_.replay = message_.replay();
+    }
     is_first_ = false;
     if (absl::Status status = decoder_.add(message_.bytes()); !status.ok()) return end(to_grpc(status));
     StartRead(&message_);

@@ -284,12 +284,14 @@ inline WorldRegistry registry_of(const WorldDescription& world) {
 
 // A cluster of two servers with a world, paused at tick 0.
 inline std::unique_ptr<TestCluster> loaded_cluster(CoordinatorOptions options = {},
-                                                   const WorldDescription& world = small_world()) {
+                                                   const WorldDescription& world = small_world(),
+                                                   bool is_replay = false) {
   auto cluster = std::make_unique<TestCluster>(options);
   cluster->join(kFirst);
   cluster->join(kSecond);
   v1::LoadRequest request;
   *request.mutable_world() = to_proto(world);
+  request.set_replay(is_replay);
   const auto load = cluster->ask<v1::LoadReply>(request);
   cluster->finish_loads();
   EXPECT_TRUE(load->ok()) << load->message();

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/recording.h"
+#include "coordinator/sequence_list.h"
 #include "proto/convert.h"
 #include "proto/snapshot.h"
 
@@ -162,10 +162,7 @@ std::optional<v1::Applied> WorldCalls::on(Call<v1::Request, v1::Reply>& call,
     *reply.mutable_applied() = std::move(plan->given->applied);
     plan->recorded.mutable_commands()->Swap(call.request.mutable_commands());
     plan->recorded.set_owner(request.owner());
-    if (!plan->given->commands.empty()) world_.sequencer.submit(*std::move(plan->given));
-    if (!plan->recorded.commands().empty() && context_.options.inputs)
-      context_.options.inputs(recorded(plan->recorded));
-    context_.journal.add(std::move(plan->recorded), call.id);
+    sequence_list(context_, world_, *std::move(plan->given), std::move(plan->recorded), call.id);
   }
   const v1::Applied applied = reply.applied();
   // No later one is known to anybody, but of another world.

@@ -50,6 +50,7 @@ void WorldSlot::load(ClientCall<v1::LoadRequest, v1::LoadReply>& call, Nanosecon
   if (!call.request.has_world()) return call.reply(absl::InvalidArgumentError("world must be set"), {});
   absl::StatusOr<WorldToLoad> world = described_world(call.request.world());
   if (!world.ok()) return call.reply(world.status(), {});
+  world->is_replay = call.request.replay();
   call.request = {};  // the description has everything, and the request may be large
   wait_to_load(*std::move(world), std::move(call.reply), now);
 }
@@ -58,6 +59,7 @@ void WorldSlot::load(ClientCall<RestoreChunks, v1::LoadReply>& call, Nanoseconds
   if (absl::Status status = may_load(call.request.replace); !status.ok()) return call.reply(status, {});
   absl::StatusOr<WorldToLoad> world = restored_world(call.request.chunks);
   if (!world.ok()) return call.reply(world.status(), {});
+  world->is_replay = call.request.replay;
   call.request = {};
   wait_to_load(*std::move(world), std::move(call.reply), now);
 }

@@ -36,7 +36,8 @@ absl::StatusOr<WorldToLoad> described_world(const v1::World& message) {
   absl::StatusOr<std::vector<JointRecord>> joints = joint_records_of(*world);
   if (!joints.ok()) return joints.status();
   if (absl::Status status = check_programs(*world); !status.ok()) return status;
-  return WorldToLoad{WorldToLoad::Described{*std::move(world), *std::move(records), *std::move(joints)}};
+  return WorldToLoad{.from =
+                         WorldToLoad::Described{*std::move(world), *std::move(records), *std::move(joints)}};
 }
 
 WorldRegistry registry_of(const WorldToLoad& world) {

@@ -25,6 +25,7 @@ struct WorldToLoad {
     std::vector<JointRecord> joints;
   };
   std::variant<Described, ReadSnapshot> from;
+  bool is_replay = false;  // of a recording, which has all commands
 
   const std::string& name() const;
   const WorldSettings& settings() const;

@@ -25,6 +25,10 @@ void TickReports::add(Tick tick, const TickMachine& machine, const TickMeter::Ti
   last_.clear_divergences();
   for (const Divergence& divergence : first_divergences(machine.divergences()))
     *last_.add_divergences() = to_proto(divergence);
+  last_.clear_removed_joints();
+  if (machine.partition().self == 0) {
+    for (const JointId joint : machine.joints_removed()) last_.add_removed_joints(joint.value);
+  }
   if (hashes_) {
     const WorldHash hash = hash_of(machine.partition());
     last_.set_hash_low(hash.low());

@@ -320,8 +320,8 @@ absl::Status SimulatedCluster::load(const WorldDescription& world, bool replace)
   return call<v1::LoadRequest, v1::LoadReply>(std::move(request)).status();
 }
 
-absl::Status SimulatedCluster::restore(const SnapshotChunks& snapshot) {
-  return call<RestoreChunks, v1::LoadReply>({/*replace=*/true, snapshot}).status();
+absl::Status SimulatedCluster::restore(const SnapshotChunks& snapshot, bool replay) {
+  return call<RestoreChunks, v1::LoadReply>({/*replace=*/true, replay, snapshot}).status();
 }
 
 absl::Status SimulatedCluster::step(std::uint64_t ticks) {

@@ -78,7 +78,8 @@ class SimulatedCluster {
 
   // The cluster runs until the answer arrives. DEADLINE_EXCEEDED if no events are left before that.
   absl::Status load(const WorldDescription& world, bool replace = false);
-  absl::Status restore(const SnapshotChunks& snapshot);  // in the place of a world that is loaded
+  // In the place of a world that is loaded.
+  absl::Status restore(const SnapshotChunks& snapshot, bool replay = false);
   absl::Status step(std::uint64_t ticks);
   struct HashAt {
     Tick tick = 0;

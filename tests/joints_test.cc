@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "lpss/programs/registry.h"
 #include "tests/cluster_fixture.h"
 
 namespace tessera {
@@ -147,6 +148,41 @@ TEST_F(MachinesTest, TheCommandLineShowsAndDrivesThem) {
   const Outcome nobody = run_tessera({"drive", "nobody", "free", "--connect", address});
   EXPECT_EQ(nobody.code, 1);
   EXPECT_THAT(nobody.output, HasSubstr("no joint with the name 'nobody'"));
+}
+
+// A weight of 20 N on a thread that bears 5.
+TEST(TornJoints, AreListedNoMore) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  WorldDescription world;
+  world.name = "thread";
+  world.shapes = {box(0.2, 0.2, 0.2)};
+  BodyDescription weight;
+  weight.name = "weight";
+  weight.properties.mass = 2;
+  weight.properties.inertia = {0.013, 0.013, 0.013};
+  weight.programs.push_back(*new_program("breaker"));
+  ASSERT_THAT(set_number(weight.programs[0], "force", 5), IsOk());
+  world.bodies = {weight};
+  JointDescription thread;
+  thread.name = "thread";
+  thread.properties.type = JointType::kBall;
+  thread.properties.child = BodyId{1};
+  thread.properties.in_child.position = {0, 0, 0.5};
+  thread.properties.in_parent.position = {0, 0, 0.5};
+  world.joints = {thread};
+  ASSERT_THAT(client.load(world).status(), IsOk());
+  ASSERT_THAT(client.find_joint("thread").status(), IsOk());
+  ASSERT_THAT(client.step(30, kPatience).status(), IsOk());
+  EXPECT_EQ(client.find_joint("thread").status().code(), absl::StatusCode::kNotFound);
+
+  const std::filesystem::path file = cli::make_temporary_folder().value() / "torn.tsnap";
+  ASSERT_THAT(client.snapshot(file).status(), IsOk());
+  ASSERT_THAT(client.restore(file, /*replace=*/true).status(), IsOk());
+  std::filesystem::remove_all(file.parent_path());
+  EXPECT_EQ(client.find_joint("thread").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(client.teleport("weight", {.position = {{}, {0, 0, 1}}}).status(), IsOk());
 }
 
 }  // namespace

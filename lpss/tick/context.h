@@ -32,6 +32,7 @@ struct TickContext {
       changed_triggers;  // into which something came, or which it left; each may be in it often
 
   // For those who watch.
+  std::vector<JointId> joints_removed;  // by programs
   std::vector<Divergence> divergences;
   std::vector<ContactEvent> trigger_events;  // from detection on, until they join the others
   std::vector<ContactEvent> events;          // ascending by (a, b), then those of triggers, likewise

@@ -197,6 +197,9 @@ std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) 
   agreements_ = 0;
   links_.forget_old(tick_);
   context_.commands = std::exchange(partition_.acts, {});
+  for (const Command& act : context_.commands) {
+    if (const auto* removal = std::get_if<RemoveJoint>(&act)) context_.joints_removed.push_back(removal->id);
+  }
   context_.commands.insert(context_.commands.end(), commands.begin(), commands.end());
   std::optional<SectorMap> map = shuffled_map(partition_, tick_);
   return map ? transfer_round({*std::move(map), partition_.self}) : exchange_round();

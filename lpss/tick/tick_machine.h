@@ -66,6 +66,8 @@ class TickMachine {
 
   const TickCounts& counts() const { return context_.counts; }
 
+  // Joints that programs removed at its beginning, whether they were there or not; the same on all servers.
+  const std::vector<JointId>& joints_removed() const { return context_.joints_removed; }
   // Bodies that diverged, ascending by (body, kind).
   const std::vector<Divergence>& divergences() const { return context_.divergences; }
 
