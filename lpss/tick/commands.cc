@@ -64,6 +64,7 @@ void set_target(Partition& partition, const KinematicTarget& target, const Landi
   world.set_velocity(body.slot, vector(now.state.linear_velocity), vector(now.state.angular_velocity));
   goal.linear_velocity = {};
   goal.angular_velocity = {};
+  goal.activity = Activity::kAwake;  // until it stands still again, of which others are told
   body.kinematic_target = goal;
   note_if_stopped(partition, body, stopped);
   mark_dirty(body);

@@ -128,10 +128,12 @@ TEST(Commands, AKinematicTargetIsReachedInOneTick) {
   add_body(*partition, box(1, kHigh, {1, 0, 0}, Motion::kKinematic));
   KinematicTarget target{BodyId{1}, kLow, {}};
   target.state.position = {16.5, 0, 0};
+  target.state.activity = Activity::kAsleep;  // as of a program whose body stood still
   carried_out(*partition, std::vector<Command>{target});
   EXPECT_THAT(state_of(*partition, 1).linear_velocity, ElementsAre(-32, 0, 0)) << "0.5 m in 1/64 s";
   ASSERT_TRUE(body(*partition, 1).kinematic_target);
   EXPECT_THAT(body(*partition, 1).kinematic_target->position, ElementsAre(0.5, 0, 0)) << "seen from its home";
+  EXPECT_EQ(body(*partition, 1).kinematic_target->activity, Activity::kAwake) << "others are told of it";
 }
 
 TEST(Commands, NoneTakesABodyOutOfAllRange) {
