@@ -62,7 +62,7 @@ def test_what_is_wrong_is_named(client: tessera.Client) -> None:
 
 
 def ball(name: str, along: float) -> tessera.Body:
-    flee = tessera.Program("flee", module=WORLDS / "programs" / "flee.wasm", radius=3)
+    flee = tessera.Program("flee", WORLDS / "programs" / "flee.wasm", radius=3)
     return tessera.Body(name, tessera.sphere(0.3), 2, (along, 3, 0.3), programs=[flee])
 
 

@@ -66,7 +66,7 @@ class Program:
     """
 
     def __init__(
-        self, kind: str, *, module: bytes | str | os.PathLike[str] | None = None, **numbers: float
+        self, kind: str, module: bytes | str | os.PathLike[str] | None = None, /, **numbers: float
     ) -> None:
         self.kind = kind
         self.module = module if module is None or isinstance(module, bytes) else Path(module).read_bytes()
