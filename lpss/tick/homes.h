@@ -19,8 +19,8 @@ struct HomeChange {
   bool was_known_everywhere = false;
 };
 
-// Takes a body out of its home, for another one in which it has this state: as the engine rounds it, since its
-// clones, and joints that it leads elsewhere, have to find it where it will be, to the bit. What else the
+// Takes a body out of its home, for another one in which it has this state: as the engine rounds it, since
+// its clones, and joints that it leads elsewhere, have to find it where it will be, to the bit. What else the
 // handover says is relative to the old home.
 HomeChange taken_to(Partition& partition, HomeBody& body, const SectorIndex& home, const BodyState& state);
 
