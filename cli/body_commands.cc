@@ -54,9 +54,10 @@ void add_spawn(CLI::App& app, Action& action) {
   CLI::Option* fixed = command.add_flag("--static", options->fixed, "it never moves");
   command.add_flag("--kinematic", options->kinematic, "it moves only as it is told to")->excludes(fixed);
   command.add_flag("--trigger", options->trigger, "it notices what overlaps it, and touches nothing");
-  command.add_option("--program", options->programs,
-                     "KIND or KIND:NAME=NUMBER,...: a program of the body, with parameters and inputs; KIND "
-                     "may be a module in WebAssembly, FILE.wasm, which the world then has; repeatable");
+  command.add_option(
+      "--program", options->programs,
+      "KIND or KIND:NAME=NUMBER,...: a program of the body, with parameters and inputs; KIND "
+      "may be the name of a module that the world has, or FILE.wasm, which it then has; repeatable");
   on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
     NewBody body = solid(options->name, options->shape, options->mass, options->at);
     BodyProperties& properties = body.body.properties;
@@ -65,6 +66,12 @@ void add_spawn(CLI::App& app, Action& action) {
     if (properties.motion != Motion::kDynamic) properties.inertia = {1, 1, 1};
     properties.friction = options->friction;
     properties.trigger = options->trigger;
+    // The modules of the world are known by their names while somebody has them.
+    absl::StatusOr<ClusterStatus> now;
+    if (!options->programs.empty()) {
+      now = client.status();
+      if (!now.ok()) return now.status();
+    }
     for (const std::string& text : options->programs) {
       absl::StatusOr<ProgramRecord> program = parse_program(text, body.modules);
       if (!program.ok()) return program.status();

@@ -314,6 +314,15 @@ TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
   EXPECT_THAT(tessera({"resume", "--rtf", "0.5"}), HasSubstr("runs from"));
   EXPECT_THAT(tessera({"pause"}), HasSubstr("paused at"));
   EXPECT_THAT(tessera({"remove", "late"}), HasSubstr("takes effect"));
+  const std::string module = world_file("programs/flee.wasm").string();
+  const auto spawn_with = [&](const std::string& name, const std::string& program) {
+    return tessera({"spawn", "--name", name, "--shape", "sphere:0.3", "--at", "0,0,9", "--program", program});
+  };
+  EXPECT_THAT(spawn_with("shy", module + ":radius=3"), HasSubstr("from tick"));
+  EXPECT_THAT(spawn_with("too", "flee:radius=2"), HasSubstr("from tick")) << "the world has it now";
+  tessera({"step", "2"});
+  EXPECT_THAT(tessera({"programs"}),
+              ::testing::AllOf(HasSubstr("shy"), HasSubstr("too"), HasSubstr("flee@")));
   tessera({"shutdown"});
   EXPECT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
 }

@@ -111,7 +111,7 @@ class CommandList {
 
   CommandList& spawn(const NewBody& body);
   // The bodies, joints and frames of `model`, with `prefix` before their names, and with its origin at `pose`
-  // (none: all are where they are described). Its settings are not looked at.
+  // (none: all are where they are described). Of its settings, only the modules count.
   CommandList& spawn(const WorldDescription& model, const std::string& prefix = {},
                      const std::optional<WorldPose>& pose = std::nullopt);
   // With the joints and frames of the body.
