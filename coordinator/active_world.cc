@@ -6,7 +6,6 @@ namespace tessera {
 
 ActiveWorld active_world(const WorldToLoad& from, std::uint64_t load, std::uint64_t number,
                          std::vector<NodeId> nodes, std::uint32_t grant_window, bool keeps_past) {
-  const WorldSettings& settings = from.settings();
   ActiveWorld world{
       .load = load,
       .number = number,
@@ -15,7 +14,7 @@ ActiveWorld active_world(const WorldToLoad& from, std::uint64_t load, std::uint6
       .map = SectorMap(from.anchor(), {}, /*epoch=*/0),
       .registry = registry_of(from),
       .sequencer =
-          Sequencer({number, nodes.size(), settings.time_step, grant_window, from.tick(), keeps_past}),
+          Sequencer({number, nodes.size(), from.settings().time_step, grant_window, from.tick(), keeps_past}),
       .statistics = TickStatistics(nodes),
       .servers = Roster(std::move(nodes)),
   };

@@ -7,12 +7,10 @@
 #include <cstddef>
 #include <limits>
 #include <string>
-#include <vector>
 
 #include "command.pb.h"
 #include "coordinator/sequencer.h"
 #include "coordinator/world_registry.h"
-#include "proto/wire.h"
 #include "recording.pb.h"
 
 namespace tessera {

@@ -20,6 +20,7 @@
 #include "lpss/base/invariant.h"
 #include "lpss/programs/module.h"
 #include "lpss/simulation/example_programs.h"
+#include "lpss/simulation/test_runs.h"
 #include "simulator/scenario.h"
 
 namespace tessera {
@@ -140,8 +141,7 @@ WorldDescription crowd_with_balls() {
   constexpr int kBalls = 8;
   const auto module = load_module_file(TESSERA_OWN_WORLDS "/programs/flee.wasm");
   invariant(module.ok(), "the module of worlds/flee.sdf can be read");
-  WorldSettings settings;
-  settings.sector_size = 8;
+  WorldSettings settings = sectors_of(8);
   settings.modules = {*module};
   WorldBuilder builder(settings);
   builder.world() = crowd_world(settings);
@@ -174,14 +174,7 @@ TEST_F(ProgramScenarios, FaultsChangeNothing) {
 // Clients bring the module of those balls to a crowd that begins without it.
 class LateModuleScenarios : public Scenarios {
  protected:
-  LateModuleScenarios() : Scenarios(crowd_world(sectors_of_8())) {}
-
- private:
-  static WorldSettings sectors_of_8() {
-    WorldSettings settings;
-    settings.sector_size = 8;
-    return settings;
-  }
+  LateModuleScenarios() : Scenarios(crowd_world(sectors_of(8))) {}
 };
 
 TEST_F(LateModuleScenarios, FaultsChangeNothing) {

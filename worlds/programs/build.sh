@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # worlds/programs/build.sh [FOLDER]: compiles the programs here, and shy.c of client_sdk/programs/template, to WebAssembly,
-# in FOLDER (default: beside each). Needs clang-14 and lld-14; the modules there were made by those of Debian 12, so that all worlds
-# have the same ones.
+# in FOLDER (default: beside each). Needs clang-14 and lld-14; the modules there were made by those of Debian 12, so that all
+# worlds have the same ones.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
