@@ -263,7 +263,8 @@ absl::StatusOr<Command> checked(const v1::SetJointDrives& command, const WorldRe
   if (!id.ok()) return id.status();
   const JointRegistry::Entry& joint = *world.joints().find(*id);
   const std::string title = absl::StrCat("joint '", joint.name, "': ");
-  JointDrives drives = joint.record.drives;
+  SetDrives result{*id, joint.record.drives, 0};
+  JointDrives& drives = result.drives;
   if (command.drives().empty()) return refused(title, "drives must not be empty");
   for (const v1::AxisDrive& given : command.drives()) {
     if (given.axis() < 1 || given.axis() > drives.size()) {
@@ -272,11 +273,12 @@ absl::StatusOr<Command> checked(const v1::SetJointDrives& command, const WorldRe
     const absl::StatusOr<JointDrive> drive = from_proto(given.drive());
     if (!drive.ok()) return refused(title, "drive of axis ", given.axis(), ": ", drive.status().message());
     drives[given.axis() - 1] = *drive;
+    result.axes = static_cast<AxisMask>(result.axes | 1 << (given.axis() - 1));
   }
   if (absl::Status status = validate(drives, joint.record.properties.type); !status.ok()) {
     return refused(title, status.message());
   }
-  return SetDrives{*id, drives};
+  return result;
 }
 
 // As a list of one.

@@ -272,6 +272,7 @@ v1::BodyProperties to_proto(const BodyProperties& properties) {
 v1::Program to_proto(const ProgramRecord& record) {
   v1::Program result;
   result.set_kind(record.kind);
+  result.set_name(record.name);
   const Program* const program = find_program(record.kind);
   if (program == nullptr) return result;
   const auto add = [&](std::span<const double> numbers, std::span<const NumberSpec> table) {
@@ -431,6 +432,7 @@ absl::StatusOr<BodyProperties> from_proto(const v1::BodyProperties& properties) 
 absl::StatusOr<ProgramRecord> from_proto(const v1::Program& program) {
   absl::StatusOr<ProgramRecord> record = new_program(program.kind());
   if (!record.ok()) return record;
+  record->name = program.name();
   for (const v1::NamedNumber& number : program.numbers()) {
     if (absl::Status status = set_number(*record, number.name(), number.value()); !status.ok()) return status;
   }

@@ -157,11 +157,13 @@ TEST(Convert, AWorldSurvivesBitForBit) {
 }
 
 // A message has those that differ from the first ones.
-TEST(Convert, NumbersOfProgramsSurviveBitForBit) {
+TEST(Convert, ProgramsSurviveBitForBit) {
   ProgramRecord record = *new_program("character");
+  record.name = "walker";
   ASSERT_TRUE(set_number(record, "x", -0.0).ok() && set_number(record, "y", kThird).ok());
   const absl::StatusOr<ProgramRecord> back = from_proto(to_proto(record));
   ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->name, "walker");
   EXPECT_EQ(back->inputs, record.inputs);
   EXPECT_EQ(back->parameters, record.parameters);
   EXPECT_TRUE(std::signbit(back->inputs[0]));

@@ -58,7 +58,8 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<ProgramRecord> T>
 void describe(Archive& archive, T& x) {
-  archive(x.kind, x.parameters, x.inputs, x.values, x.wake_at, x.start_sector, x.start, x.fault);
+  archive(x.kind, x.parameters, x.inputs, x.values, x.wake_at, x.start_sector, x.start, x.fault,
+          since(6, x.name));
 }
 template <typename Archive, Is<BodyRecord> T>
 void describe(Archive& archive, T& x) {

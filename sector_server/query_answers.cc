@@ -152,6 +152,7 @@ void write_programs(const Partition& partition, const v1::ProgramsQuery& query, 
       found.set_body(body.id.value);
       found.set_program(place);
       found.set_kind(record.kind);
+      found.set_program_name(record.name);
       found.set_fault(record.fault);
       write_numbers(record.parameters, program->parameters(), *found.mutable_parameters());
       write_numbers(record.inputs, program->inputs(), *found.mutable_inputs());

@@ -154,6 +154,7 @@ absl::StatusOr<json> programs(Client& client, const json& request) {
   json found = json::array();
   for (const FoundProgram& program : (*answers)[place].programs) {
     found.push_back({{"kind", program.kind},
+                     {"name", program.name},
                      {"inputs", numbers_of(program.inputs)},
                      {"values", numbers_of(program.values)},
                      {"fault", program.fault}});

@@ -410,7 +410,7 @@ FoundPrograms Answers::operator[](QueryPlace<FoundPrograms> place) const {
   for (const v1::FoundPrograms::Found& found : from.programs()) {
     result.programs.push_back({BodyId{found.body()}, found.name(), found.program(), found.kind(),
                                named_numbers(found.parameters()), named_numbers(found.inputs()),
-                               named_numbers(found.values()), found.fault()});
+                               named_numbers(found.values()), found.fault(), found.program_name()});
   }
   return result;
 }

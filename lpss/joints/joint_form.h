@@ -103,6 +103,10 @@ struct JointDrive {
 
 using JointDrives = std::array<JointDrive, 2>;
 
+// Some of the axes of a joint: bit 0 is the first one.
+using AxisMask = std::uint8_t;
+inline constexpr AxisMask kBothAxes = 0b11;
+
 // How many axes of the joint have a coordinate: 0 (fixed, ball), 1 or 2 (universal).
 int axis_count(JointType type);
 

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "lpss/base/since.h"
 #include "lpss/model/body.h"
 #include "lpss/model/joint.h"
 
@@ -131,8 +132,9 @@ struct RemoveJoint {
 struct SetDrives {
   JointId id;
   JointDrives drives;
+  AxisMask axes = kBothAxes;  // that get them; the others keep theirs
 
-  static void describe(auto& archive, auto& x) { archive(x.id, x.drives); }
+  static void describe(auto& archive, auto& x) { archive(x.id, x.drives, since(6, x.axes)); }
 };
 
 // A force and torque for one tick that a program has its own body feel; unlike ApplyForce, it wakes nobody.

@@ -73,7 +73,7 @@ inline constexpr std::size_t kProgramNumbersMax = 256;    // parameters, inputs 
 inline constexpr std::size_t kProgramAsksMax = 1024;      // a tick and instance
 inline constexpr std::size_t kProgramActsMax = 1024;      // likewise
 inline constexpr std::size_t kProgramFindingsMax = 1024;  // of one question
-inline constexpr std::size_t kProgramTextBytesMax = 256;  // its kind, or why it was stopped
+inline constexpr std::size_t kProgramTextBytesMax = 256;  // its kind, its name, or why it was stopped
 inline constexpr double kProgramCastMax = 1e4;            // m
 inline constexpr std::size_t kModulesMax = 16;            // a world
 

@@ -31,6 +31,7 @@ struct ProgramRecord {
   SectorIndex start_sector;
   std::array<double, 3> start{};
   std::string fault;  // why it was stopped; empty: it runs
+  std::string name;   // by which users tell programs of a body apart: "front_lidar"; may be empty
 };
 
 }  // namespace tessera

@@ -113,11 +113,13 @@ void remove_joints_of(Partition& partition, BodyId body) {
   for (const JointId id : std::vector<JointId>(listed.begin(), listed.end())) remove_joint(partition, id);
 }
 
-void set_drives(Partition& partition, JointId id, const JointDrives& drives) {
+void set_drives(Partition& partition, JointId id, const JointDrives& drives, AxisMask axes) {
   const JointTie* joint = partition.joints.find(id);
   if (joint == nullptr) return;
   if (JointRecord* record = partition.joints.record(id)) {
-    record->drives = drives;
+    for (std::size_t n = 0; n < drives.size(); ++n) {
+      if ((axes >> n & 1) != 0) record->drives[n] = drives[n];
+    }
     partition.set_joints.push_back(id);
   }
   wake_jointed(partition, *joint);

@@ -26,7 +26,7 @@ void add_joints(Partition& partition, std::span<const JointRecord> records);
 // Nothing happens where there is no such joint.
 void remove_joint(Partition& partition, JointId id);
 void remove_joints_of(Partition& partition, BodyId body);
-void set_drives(Partition& partition, JointId id, const JointDrives& drives);
+void set_drives(Partition& partition, JointId id, const JointDrives& drives, AxisMask axes = kBothAxes);
 
 // Of a body that lives here.
 BodyJoints joints_of(const Partition& partition, BodyId body);

@@ -171,6 +171,9 @@ absl::Status RecordChecks::leaders(const AddJoint& command) const {
 }
 
 absl::Status RecordChecks::drives(const SetDrives& command) const {
+  if (command.axes > kBothAxes)
+    return refused("drives of joint ", command.id.value, ": axes = ", command.axes, " must be at most ",
+                   kBothAxes);
   for (const JointDrive& drive : command.drives) {
     absl::Status status = first_error({bounded("target", drive.target, -kNoBound, kNoBound),
                                        bounded("stiffness", drive.stiffness, 0, kGainMax),

@@ -213,7 +213,7 @@ class Commands {
   void carry_out(const KinematicTarget& c) { set_target(partition_, c, landings_, stopped_); }
   void carry_out(const AddJoint& c) { add_joint(partition_, c.record, c.leaders); }
   void carry_out(const RemoveJoint& c) { remove_joint(partition_, c.id); }
-  void carry_out(const SetDrives& c) { set_drives(partition_, c.id, c.drives); }
+  void carry_out(const SetDrives& c) { set_drives(partition_, c.id, c.drives, c.axes); }
   void carry_out(const SetSurfaceMotion& c) { set_surface_motion(partition_, c); }
   void carry_out(const SetProperties& c) {
     set_properties(partition_, c.id, c.properties);

@@ -342,6 +342,7 @@ struct FoundProgram {
   std::vector<NamedNumber> inputs;
   std::vector<NamedNumber> values;  // its state, as its last run left it
   std::string fault;                // why it was stopped; empty: it runs
+  std::string name;                 // of the program; may be empty
 };
 
 struct FoundPrograms {

@@ -134,8 +134,8 @@ enum tessera_drive_mode {
   TESSERA_DRIVE_SERVO     /* stiffness (target - position) + damping (velocity - rate) + effort */
 };
 /* Drives an axis, from 0 on, of a joint that was found in this run, until it is driven otherwise: what comes
- * after the target is 0 but for a servo. It wakes the joint's bodies where it changes anything. Drives of one
- * joint are for one program. */
+ * after the target is 0 but for a servo. It wakes the joint's bodies where it changes anything. Each axis is
+ * for one program. */
 TESSERA_IMPORT(drive)
 void tessera_drive(double joint, int axis, int mode, double target, double stiffness, double damping,
                    double velocity, double effort);

@@ -15,7 +15,7 @@ def walker(name: str, along: float, **numbers: float) -> tessera.Body:
         75,
         (along, 0, 1.1),
         friction=0,
-        programs=[tessera.Program("character", height=1.1, **numbers)],
+        programs=[tessera.Program("character", height=1.1, **numbers).named("legs")],
     )
 
 
@@ -40,6 +40,7 @@ def test_programs_are_found_with_their_numbers(client: tessera.Client) -> None:
     client.step(30)
     (found,) = client.programs()
     assert (found.body_name, found.kind, found.program, found.fault) == ("loaded", "character", 0, "")
+    assert found.name == "legs"
     assert found.parameters["step"] == 0.3
     assert found.inputs["y"] == 0.25
     assert found.values["grounded"] == 1

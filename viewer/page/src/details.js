@@ -7,11 +7,18 @@ import {moved, sectorText} from './position.js';
 const rounded = (x) => Number(x.toPrecision(4));
 const kProgramsEvery = 500;  // ms
 
-// What is shown of the programs of a body: a row each.
+const kNumbersShown = 16;  // of a program, which may have a thousand
+
+// What is shown of the programs of a body: a row each, by their names, or else by their kinds.
 export function programFacts(programs) {
-  const text = (numbers) => Object.entries(numbers).map(([name, value]) => `${name} ${rounded(value)}`).join(', ');
-  return programs.map(({kind, inputs, values, fault}) =>
-    [kind, fault ? `stopped: ${fault}` : [text(inputs), text(values)].filter(Boolean).join('; ')]);
+  const text = (numbers) => {
+    const all = Object.entries(numbers).map(([name, value]) => `${name} ${rounded(value)}`);
+    const more = all.length > kNumbersShown ? [`... ${all.length} numbers`] : [];
+    return [...all.slice(0, kNumbersShown), ...more].join(', ');
+  };
+  return programs.map(({kind, name, inputs, values, fault}) =>
+    [name ? `${kind} ${name}` : kind,
+     fault ? `stopped: ${fault}` : [text(inputs), text(values)].filter(Boolean).join('; ')]);
 }
 
 export class Details {

@@ -44,6 +44,10 @@ test('programs are a row each, with their numbers or why they were stopped', () 
     ['wander', 'stopped: tick 7: a value is not finite'],
     ['pad', 'count 2'],
   ]);
+  const ranges = Object.fromEntries(Array.from({length: 40}, (_, n) => [`range_${n}`, n]));
+  const [[title, numbers]] = programFacts([{kind: 'ranger', name: 'front', inputs: {}, values: ranges, fault: ''}]);
+  assert.equal(title, 'ranger front');
+  assert.match(numbers, /^range_0 0, .*range_15 15, \.\.\. 40 numbers$/);
 });
 
 test('positions keep all their bits', () => {

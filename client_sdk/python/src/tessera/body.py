@@ -70,12 +70,19 @@ class Program:
     ) -> None:
         self.kind = kind
         self.module = module if module is None or isinstance(module, bytes) else Path(module).read_bytes()
+        self.name = ""
         self.numbers = numbers
+
+    def named(self, name: str) -> Program:
+        """The same, with a name, which tells the programs of a body apart."""
+        self.name = name
+        return self
 
     def message(self) -> world_pb2.Program:
         """The program on the wire."""
         return world_pb2.Program(
             kind=self.kind,
+            name=self.name,
             numbers=[
                 world_pb2.NamedNumber(name=name, value=float(value)) for name, value in self.numbers.items()
             ],

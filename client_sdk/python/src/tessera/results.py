@@ -83,6 +83,7 @@ class FoundProgram:
     inputs: dict[str, float]
     values: dict[str, float]  # its state, as its last run left it
     fault: str  # why it was stopped; "": it runs
+    name: str = ""  # of the program
 
 
 def to_found_programs(message: query_pb2.FoundPrograms) -> list[FoundProgram]:
@@ -99,6 +100,7 @@ def to_found_programs(message: query_pb2.FoundPrograms) -> list[FoundProgram]:
             numbers(found.inputs),
             numbers(found.values),
             found.fault,
+            found.program_name,
         )
         for found in message.programs
     ]
