@@ -53,6 +53,26 @@ Scene step_response() {
   return scene;
 }
 
+// Gains for a much finer step: what p alone holds is off by m g / p.
+Scene holds_by_stiff_gains() {
+  Scene scene = program_scene("holds_by_stiff_gains", 4);
+  static constexpr double kStiffness = 2e5;  // N/m, with 1 kg: 2 pi / 70 ticks
+  static constexpr double kMass = 1;         // kg
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    add_body(builder, "slide", Box{{0.2, 0.2, 0.2}}, kMass, {kPlace, 0.2, 1}, 0.5)
+        .programs.push_back(example_program(
+            "pid", {{"joint", 1}, {"p", kStiffness}, {"d", 500}, {"set_point", 0.25}, {"implicit", 1}}));
+    builder.tie("rail", JointType::kPrismatic, "", "slide", {kPlace, 0.2, 1}, Eigen::Vector3d::UnitZ());
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    return {{"off its set point", "m", -kMass * kGravity / kStiffness, course.last("slide").place.z() - 1.25,
+             1e-5}};
+  };
+  return scene;
+}
+
 // A level arm that an integral holds against its weight.
 Scene holds_a_load() {
   Scene scene = program_scene("holds_a_load", 15);
@@ -148,6 +168,7 @@ Scene steers(Tread tread) {
 std::vector<Scene> robot_scenes() {
   return {step_response(),
           holds_a_load(),
+          holds_by_stiff_gains(),
           trapezoid(),
           turns_on_two_wheels(Tread::kBall),
           turns_on_two_wheels(Tread::kCylinder),

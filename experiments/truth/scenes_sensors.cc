@@ -19,10 +19,11 @@ constexpr double kCube = 0.5;   // m
 constexpr double kMass = 3;     // kg
 constexpr double kLean = 0.35;  // rad
 
-WorldDescription cube_on_slope(const WorldSettings& settings, absl::string_view kind) {
+WorldDescription cube_on_slope(const WorldSettings& settings, absl::string_view kind,
+                               const ProgramNumbers& numbers = {}) {
   WorldBuilder builder = on_slope(settings, kLean, 1);
   add_body(builder, "cube", Box{{kCube, kCube, kCube}}, kMass, {kPlace, 0.2, kCube / 2}, 1)
-      .programs.push_back(example_program(kind));
+      .programs.push_back(example_program(kind, numbers));
   return builder.world();
 }
 
@@ -35,6 +36,20 @@ Scene feels_the_slope() {
              course.published("cube", "acceleration_x"), 0.01},
             {"out of the slope", "m/s^2", kGravity * std::cos(kLean),
              course.published("cube", "acceleration_z"), 0.01}};
+  };
+  return scene;
+}
+
+// One that is turned by a right angle about the x axis: its y axis is the cube's z axis.
+Scene feels_the_slope_mounted() {
+  Scene scene = program_scene("imu_that_is_turned", 2);
+  scene.world = [](const WorldSettings& settings) {
+    return cube_on_slope(settings, "imu", {{"roll", EIGEN_PI / 2}});
+  };
+  scene.results = [](const Course& course) -> Results {
+    return {{"along its y axis", "m/s^2", kGravity * std::cos(kLean),
+             course.published("cube", "acceleration_y"), 0.01},
+            {"turned about x", "rad", EIGEN_PI / 2, 2 * std::asin(course.published("cube", "qx")), 1e-3}};
   };
   return scene;
 }
@@ -91,6 +106,26 @@ Scene is_loaded() {
   return scene;
 }
 
+// The same by a sensor that is turned by a right angle about the x axis of the arm, of what the parent bears.
+Scene is_loaded_mounted() {
+  Scene scene = program_scene("load_by_a_sensor_that_is_turned", 2);
+  static constexpr double kLength = 1;  // m
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    add_body(builder, "arm", Box{{kLength, 0.1, 0.1}}, kMass, {kPlace + kLength / 2, 0.2, 1}, 0.5)
+        .programs.push_back(
+            example_program("load", {{"joint", 1}, {"frame", 1}, {"roll", EIGEN_PI / 2}, {"direction", -1}}));
+    builder.tie("root", JointType::kFixed, "", "arm", {kPlace, 0.2, 1});
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double weight = kMass * kGravity;
+    return {{"force", "N", -weight, course.published("arm", "force_y"), 1e-3 * weight},
+            {"torque", "N m", -weight * kLength / 2, course.published("arm", "torque_z"), 1e-3 * weight}};
+  };
+  return scene;
+}
+
 // A fan of rays at a wall: d / cos of the angle at which each meets it.
 Scene ranges() {
   Scene scene = program_scene("ranger_at_a_wall", 0.2);
@@ -110,6 +145,83 @@ Scene ranges() {
     return {{"to the right", "m", aslant, course.published("eye", "range_0"), 1e-5},
             {"ahead", "m", kAway, course.published("eye", "range_1"), 1e-5},
             {"to the left", "m", aslant, course.published("eye", "range_2"), 1e-5}};
+  };
+  return scene;
+}
+
+// Three rows of three rays at a wall: d / (cos cos) of both angles.
+Scene ranges_in_rows() {
+  Scene scene = program_scene("ranger_in_rows_at_a_wall", 0.2);
+  static constexpr double kAway = 2.5;  // m
+  static constexpr double kFan = 1.2;   // rad, of the rays of a row
+  static constexpr double kRise = 0.6;  // rad, of the rows
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    builder.add("wall", builder.shape(Box{{1, 20, 6}}), 1, {kPlace + kAway - 1 + 0.5, 0, 0}, Motion::kStatic);
+    builder.add("eye", builder.shape(Sphere{0.1}), 1, {kPlace - 1, 0.2, 0.1}, Motion::kKinematic)
+        .programs.push_back(example_program(
+            "ranger", {{"rays", 3}, {"angle", kFan}, {"rows", 3}, {"row_angle", kRise}, {"rate", 10}}));
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double high = kAway / std::cos(kRise / 2);
+    return {{"below to the right", "m", high / std::cos(kFan / 2), course.published("eye", "range_0"), 1e-5},
+            {"ahead", "m", kAway, course.published("eye", "range_4"), 1e-5},
+            {"above, ahead", "m", high, course.published("eye", "range_7"), 1e-5}};
+  };
+  return scene;
+}
+
+// The field of the world along the axes of a body that is turned by an angle: f cos and -f sin.
+Scene finds_north() {
+  Scene scene = program_scene("magnetometer_that_is_turned", 0.2);
+  static constexpr double kAngle = 0.7;   // rad, about z
+  static constexpr double kField = 2e-5;  // T, along the world's x axis
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    BodyDescription& ball =
+        builder.add("ball", builder.shape(Sphere{0.1}), 1, {kPlace, 0.2, 1}, Motion::kKinematic);
+    ball.pose.orientation = Eigen::Quaterniond(std::cos(kAngle / 2), 0, 0, std::sin(kAngle / 2));
+    ball.programs.push_back(
+        example_program("magnetometer", {{"field_x", kField}, {"field_y", 0}, {"field_z", -3e-5}}));
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    return {{"along its x axis", "T", kField * std::cos(kAngle), course.published("ball", "field_x"), 1e-12},
+            {"along its y axis", "T", -kField * std::sin(kAngle), course.published("ball", "field_y"), 1e-12},
+            {"along its z axis", "T", -3e-5, course.published("ball", "field_z"), 1e-12}};
+  };
+  return scene;
+}
+
+// Pressures of table I of the U.S. Standard Atmosphere, 1976, by geometric altitude.
+Scene feels_the_air() {
+  Scene scene = program_scene("barometer_at_heights", 0.2);
+  struct Row {
+    const char* name;
+    double height;    // m
+    double pressure;  // Pa
+  };
+  static constexpr std::array<Row, 4> kTable = {{{"at the sea", 0, 101325},
+                                                 {"at 1 km", 1000, 89876},
+                                                 {"at 10 km", 10000, 26500},
+                                                 {"at 20 km", 20000, 5529.3}}};
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    double y = 0;
+    for (const Row& row : kTable) {
+      builder.add(row.name, builder.shape(Sphere{0.1}), 1, {kPlace, y += 0.4, 1}, Motion::kKinematic)
+          .programs.push_back(example_program("barometer", {{"height", row.height}}));
+    }
+    return builder.world();
+  };
+  scene.results = [](const Course& course) {
+    Results results;
+    for (const Row& row : kTable) {
+      results.push_back(
+          {row.name, "Pa", row.pressure, course.published(row.name, "pressure"), 1e-4 * row.pressure});
+    }
+    return results;
   };
   return scene;
 }
@@ -192,8 +304,10 @@ Scene follows_the_earth() {
 }  // namespace
 
 std::vector<Scene> sensor_scenes() {
-  return {feels_the_slope(), feels_the_turn(),   is_pressed(),         is_loaded(),
-          ranges(),          follows_its_pose(), falls_by_altimeter(), follows_the_earth()};
+  return {feels_the_slope(),  feels_the_slope_mounted(), feels_the_turn(), is_pressed(),
+          is_loaded(),        is_loaded_mounted(),       ranges(),         ranges_in_rows(),
+          follows_its_pose(), falls_by_altimeter(),      feels_the_air(),  finds_north(),
+          follows_the_earth()};
 }
 
 }  // namespace tessera::truth

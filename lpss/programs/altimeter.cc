@@ -33,9 +33,7 @@ class Altimeter final : public Program {
   std::span<const NumberSpec> values() const override { return kValues; }
 
   void run(const Senses& senses, std::span<double> values, Actor&) const override {
-    const double pull = senses.gravity.norm();
-    const Eigen::Vector3d up =
-        pull > 0 ? Eigen::Vector3d(-senses.gravity / pull) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+    const Eigen::Vector3d up = senses.up();
     const double noise = at(senses.parameters, Parameter::kNoise);
     const double climb_noise = at(senses.parameters, Parameter::kClimbNoise);
     at(values, Value::kHeight) =

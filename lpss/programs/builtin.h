@@ -9,6 +9,7 @@ namespace tessera {
 
 const Program& ackermann_program();
 const Program& altimeter_program();
+const Program& barometer_program();
 const Program& breaker_program();
 const Program& character_program();
 const Program& diff_drive_program();
@@ -16,6 +17,7 @@ const Program& field_program();
 const Program& floater_program();
 const Program& imu_program();
 const Program& load_program();
+const Program& magnetometer_program();
 const Program& motorcycle_program();
 const Program& mover_program();
 const Program& pad_program();
@@ -33,13 +35,14 @@ const Program& wander_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 24> builtin_programs() {
-  return {&ackermann_program(),  &altimeter_program(),  &breaker_program(), &character_program(),
-          &diff_drive_program(), &field_program(),      &floater_program(), &imu_program(),
-          &load_program(),       &motorcycle_program(), &mover_program(),   &pad_program(),
-          &pid_program(),        &portal_program(),     &pose_program(),    &ranger_program(),
-          &satellite_program(),  &thruster_program(),   &touch_program(),   &tracks_program(),
-          &trajectory_program(), &vehicle_program(),    &wander_program(),  &wing_program()};
+inline std::array<const Program*, 26> builtin_programs() {
+  return {&ackermann_program(), &altimeter_program(),  &barometer_program(),    &breaker_program(),
+          &character_program(), &diff_drive_program(), &field_program(),        &floater_program(),
+          &imu_program(),       &load_program(),       &magnetometer_program(), &motorcycle_program(),
+          &mover_program(),     &pad_program(),        &pid_program(),          &portal_program(),
+          &pose_program(),      &ranger_program(),     &satellite_program(),    &thruster_program(),
+          &touch_program(),     &tracks_program(),     &trajectory_program(),   &vehicle_program(),
+          &wander_program(),    &wing_program()};
 }
 
 }  // namespace tessera

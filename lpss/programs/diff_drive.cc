@@ -1,5 +1,8 @@
 // Differential drive: a robot with a wheel on each side.
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstdint>
 
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/driven_joint.h"
@@ -11,7 +14,22 @@ namespace tessera {
 namespace diff_drive {
 namespace {
 
-enum class Parameter { kLeft, kRight, kRadius, kTrack, kAcceleration, kTurnAcceleration };
+constexpr std::size_t kWheelsMax = 3;  // on a side
+
+enum class Parameter {
+  kLeft,
+  kRight,
+  kRadius,
+  kTrack,
+  kAcceleration,
+  kTurnAcceleration,
+  kLeft2,
+  kRight2,
+  kLeft3,
+  kRight3,
+  kSpeedMax,
+  kTurnMax,
+};
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"left", kJointUnit, 0, 0, kJointNumberMax,
      "The joint of the left wheel, whose axis points to the left,"},
@@ -20,6 +38,13 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"track", "m", 0.5, 1e-3, 100, "From wheel to wheel."},
     {"acceleration", "m/s^2", 1, 1e-6, 1e4, "By which it changes its speed."},
     {"turn_acceleration", "rad/s^2", 2, 1e-6, 1e4, "By which it changes its rate of turn."},
+    {"left_2", kJointUnit, 0, 0, kJointNumberMax,
+     "Of a second wheel on the left that turns alike; 0: there is none,"},
+    {"right_2", kJointUnit, 0, 0, kJointNumberMax, "and on the right,"},
+    {"left_3", kJointUnit, 0, 0, kJointNumberMax, "of a third one on the left"},
+    {"right_3", kJointUnit, 0, 0, kJointNumberMax, "and on the right."},
+    {"speed_max", "m/s", 100, 0, 100, "The greatest speed, both ways,"},
+    {"turn_max", "rad/s", 100, 0, 100, "and the greatest rate of turn."},
 });
 
 enum class Input { kSpeed, kTurn };
@@ -40,21 +65,26 @@ constexpr auto kValues = std::to_array<NumberSpec>({
     {"runs", "", 0, 0, 0, "1 once it has found its wheels."},
 });
 
+// A left one, a right one, and so on: in this order they are asked for.
+constexpr std::array<Parameter, 2 * kWheelsMax> kWheels = {Parameter::kLeft,  Parameter::kRight,
+                                                           Parameter::kLeft2, Parameter::kRight2,
+                                                           Parameter::kLeft3, Parameter::kRight3};
+
 double parameter(const Senses& senses, Parameter place) { return at(senses.parameters, place); }
 
 class DiffDrive final : public Program {
  public:
   absl::string_view kind() const override { return "diff_drive"; }
   absl::string_view summary() const override {
-    return "Drives the joints of a wheel on each side, and tells how far it has come by them.";
+    return "Drives the joints of up to three wheels on each side, and tells how far it has come by the first "
+           "two.";
   }
   std::span<const NumberSpec> parameters() const override { return kParameters; }
   std::span<const NumberSpec> inputs() const override { return kInputs; }
   std::span<const NumberSpec> values() const override { return kValues; }
 
   void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
-    asker.joint(joint_id(parameter(senses, Parameter::kLeft)));
-    asker.joint(joint_id(parameter(senses, Parameter::kRight)));
+    for (const Parameter wheel : kWheels) asker.joint(joint_id(parameter(senses, wheel)));
   }
 
   void run(const Senses& senses, std::span<double> values, Actor& actor) const override {
@@ -73,15 +103,23 @@ class DiffDrive final : public Program {
           at(values, Value::kRight), runs});
     double& speed = at(values, Value::kSpeed);
     double& turn = at(values, Value::kTurn);
-    speed = nearer(speed, at(senses.inputs, Input::kSpeed),
-                   parameter(senses, Parameter::kAcceleration) * senses.dt);
-    turn = nearer(turn, at(senses.inputs, Input::kTurn),
-                  parameter(senses, Parameter::kTurnAcceleration) * senses.dt);
+    const double wanted_speed = wanted(senses, Input::kSpeed, Parameter::kSpeedMax);
+    const double wanted_turn = wanted(senses, Input::kTurn, Parameter::kTurnMax);
+    speed = nearer(speed, wanted_speed, parameter(senses, Parameter::kAcceleration) * senses.dt);
+    turn = nearer(turn, wanted_turn, parameter(senses, Parameter::kTurnAcceleration) * senses.dt);
     const double apart = turn * track / 2;
-    actor.drive(*left, 0, {DriveMode::kVelocity, (speed - apart) / radius});
-    actor.drive(*right, 0, {DriveMode::kVelocity, (speed + apart) / radius});
-    if (speed != at(senses.inputs, Input::kSpeed) || turn != at(senses.inputs, Input::kTurn))
-      actor.wake_in(1);
+    for (std::uint32_t n = 0; n < kWheels.size(); ++n) {
+      const SensedJoint* const wheel = driven_joint(senses, n);
+      const double rolls = n % 2 == 0 ? speed - apart : speed + apart;
+      if (wheel != nullptr) actor.drive(*wheel, 0, {DriveMode::kVelocity, rolls / radius});
+    }
+    if (speed != wanted_speed || turn != wanted_turn) actor.wake_in(1);
+  }
+
+ private:
+  static double wanted(const Senses& senses, Input input, Parameter most) {
+    const double bound = parameter(senses, most);
+    return std::clamp(at(senses.inputs, input), -bound, bound);
   }
 };
 

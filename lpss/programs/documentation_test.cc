@@ -3,8 +3,10 @@
 #include <absl/strings/str_cat.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 #include "lpss/programs/registry.h"
@@ -14,12 +16,19 @@ namespace {
 
 void append_rows(absl::string_view what, std::span<const NumberSpec> table, bool is_bounded,
                  std::string& text) {
-  for (const NumberSpec& spec : table) {
+  constexpr std::ptrdiff_t kManyAlike = 8;  // that mean the same are one row
+  for (auto first = table.begin(); first != table.end();) {
+    const NumberSpec& spec = *first;
+    const auto end = std::find_if(first, table.end(),
+                                  [&](const NumberSpec& other) { return other.meaning != spec.meaning; });
+    const bool is_list = end - first >= kManyAlike;
+    const std::string names = is_list ? absl::StrCat("`", spec.name, "` to `", std::prev(end)->name, "`")
+                                      : absl::StrCat("`", spec.name, "`");
+    first = is_list ? end : std::next(first);
     const std::string unit = spec.unit.empty() ? "" : absl::StrCat(spec.unit, " ");
     const std::string bounds =
         is_bounded ? absl::StrCat(spec.first, " | ", spec.least, " to ", spec.most) : " | ";
-    absl::StrAppend(&text, "| ", what, " `", spec.name, "` | ", spec.meaning, " | ", unit, "| ", bounds,
-                    " |\n");
+    absl::StrAppend(&text, "| ", what, " ", names, " | ", spec.meaning, " | ", unit, "| ", bounds, " |\n");
   }
 }
 

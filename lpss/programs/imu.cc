@@ -12,28 +12,34 @@ namespace tessera {
 namespace imu {
 namespace {
 
-enum class Parameter { kX, kY, kZ, kNoise, kTurnNoise };
+enum class Parameter { kX, kY, kZ, kNoise, kTurnNoise, kRoll, kPitch, kYaw };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"x", "m", 0, -1e3, 1e3, "Where it is in the body frame,"},
     {"y", "m", 0, -1e3, 1e3, "along its y axis,"},
     {"z", "m", 0, -1e3, 1e3, "and along its z axis."},
     {"noise", "m/s^2", 0, 0, 1e3, "The standard deviation of each acceleration, in a tick."},
     {"turn_noise", "rad/s", 0, 0, 1e3, "And of each rate of turn."},
+    {"roll", "rad", 0, -7, 7, "How it is turned in the body frame: about the x axis first,"},
+    {"pitch", "rad", 0, -7, 7, "then about the y axis,"},
+    {"yaw", "rad", 0, -7, 7, "then about the z axis of the body."},
 });
 
-enum class Value { kAcceleration, kTurn = 3, kVelocity = 6, kMeasures = 9 };
+enum class Value { kAcceleration, kTurn = 3, kVelocity = 6, kMeasures = 9, kOrientation = 10 };
 constexpr auto kValues = std::to_array<NumberSpec>({
-    {"acceleration_x", "m/s^2", 0, 0, 0,
-     "As felt: in free fall 0, at rest upwards. Along the body's x axis,"},
+    {"acceleration_x", "m/s^2", 0, 0, 0, "As felt: in free fall 0, at rest upwards. Along its x axis,"},
     {"acceleration_y", "m/s^2", 0, 0, 0, "its y axis,"},
     {"acceleration_z", "m/s^2", 0, 0, 0, "and its z axis; the mean over the tick."},
-    {"turn_x", "rad/s", 0, 0, 0, "The rate of turn about the body's x axis,"},
+    {"turn_x", "rad/s", 0, 0, 0, "The rate of turn about its x axis,"},
     {"turn_y", "rad/s", 0, 0, 0, "its y axis,"},
     {"turn_z", "rad/s", 0, 0, 0, "and its z axis, at the end of the tick."},
     {"velocity_x", "m/s", 0, 0, 0, "Of the place where it is, without noise, along the world's x axis,"},
     {"velocity_y", "m/s", 0, 0, 0, "its y axis,"},
     {"velocity_z", "m/s", 0, 0, 0, "and its z axis."},
     {"measures", "", 0, 0, 0, "1 once it has run: its first acceleration is that of a constant velocity."},
+    {"qx", "", 0, 0, 0, "How it is turned from the world's axes, without noise: a quaternion,"},
+    {"qy", "", 0, 0, 0, "its y,"},
+    {"qz", "", 0, 0, 0, "its z,"},
+    {"qw", "", 1, 0, 0, "and its real part, which is not below 0."},
 });
 
 Eigen::Map<Eigen::Vector3d> vector_at(std::span<double> values, Value first) {
@@ -61,12 +67,16 @@ class Imu final : public Program {
     if (measures == 1) acceleration += (velocity - before) / senses.dt;
     before = velocity;
     measures = 1;
+    const Eigen::Quaterniond own = turn * mounting(senses, Parameter::kRoll);
     // The mean over a tick is along the axes of its middle.
-    const Eigen::Quaterniond halfway = rotation_by(-0.5 * senses.dt * senses.angular_velocity()) * turn;
+    const Eigen::Quaterniond halfway = rotation_by(-0.5 * senses.dt * senses.angular_velocity()) * own;
     vector_at(values, Value::kAcceleration) =
         halfway.conjugate() * acceleration + noise(senses, Parameter::kNoise, 0);
     vector_at(values, Value::kTurn) =
-        turn.conjugate() * senses.angular_velocity() + noise(senses, Parameter::kTurnNoise, 3);
+        own.conjugate() * senses.angular_velocity() + noise(senses, Parameter::kTurnNoise, 3);
+    Eigen::Map<Eigen::Vector4d> orientation(&at(values, Value::kOrientation));
+    orientation = own.coeffs();
+    if (own.w() < 0) orientation = -orientation;
   }
 
  private:

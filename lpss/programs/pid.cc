@@ -22,7 +22,8 @@ enum class Parameter {
   kFeedForward,
   kIntegralMax,
   kEffortMax,
-  kTolerance
+  kTolerance,
+  kImplicit,
 };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"joint", kJointUnit, 0, 0, kJointNumberMax, "The joint that it drives; 0: none."},
@@ -38,6 +39,8 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"tolerance", "", 0, 0, 1e6,
      "While error and rate (of a rate: the error) are below this, the effort stays as it is, and the joint "
      "may sleep."},
+    {"implicit", "", 0, 0, 1,
+     "1: error and rate are those of the end of each step, as a servo's are, and no gain is too large."},
 });
 
 enum class Input { kSetPoint, kEffort };
@@ -93,7 +96,27 @@ class Pid final : public Program {
     if (std::abs(others + next) <= most || std::abs(next) < std::abs(integral)) integral = next;
     double& effort = at(values, Value::kEffort);
     effort = std::clamp(others + integral, -most, most);
-    actor.drive(*joint, axis, {DriveMode::kEffort, effort});
+    const bool is_implicit = parameter(senses, Parameter::kImplicit) >= 0.5 && std::abs(effort) < most;
+    actor.drive(*joint, axis, is_implicit ? servo(senses, integral) : JointDrive{DriveMode::kEffort, effort});
+  }
+
+ private:
+  // The same effort, of where the axis will be.
+  static JointDrive servo(const Senses& senses, double integral) {
+    const double set_point = at(senses.inputs, Input::kSetPoint);
+    const double p = parameter(senses, Parameter::kP);
+    JointDrive drive{DriveMode::kServo};
+    drive.effort =
+        integral + parameter(senses, Parameter::kFeedForward) * set_point + at(senses.inputs, Input::kEffort);
+    if (parameter(senses, Parameter::kOfRate) >= 0.5) {
+      drive.damping = p;
+      drive.velocity = set_point;
+    } else {
+      drive.target = set_point;
+      drive.stiffness = p;
+      drive.damping = parameter(senses, Parameter::kD);
+    }
+    return drive;
   }
 };
 

@@ -25,6 +25,11 @@ Eigen::Quaterniond Senses::orientation() const {
   return quaternion_of(state) * centre_frame(properties).orientation.conjugate();
 }
 
+Eigen::Vector3d Senses::up() const {
+  const double pull = gravity.norm();
+  return pull > 0 ? Eigen::Vector3d(-gravity / pull) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+}
+
 // SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014), over a counter.
 double Senses::random(std::uint32_t n) const {
   constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15;
@@ -130,15 +135,16 @@ void Actor::drive(const SensedJoint& joint, std::size_t axis, const JointDrive& 
     if (auto* const of_joint = std::get_if<SetDrives>(&command); of_joint && of_joint->id == joint.record.id)
       set = of_joint;
   }
-  JointDrives drives = set ? set->drives : joint.record.drives;
-  if (drives[axis] == drive) return;
-  drives[axis] = drive;
-  if (const absl::Status status = validate(drives, joint.record.properties.type); !status.ok())
+  SetDrives command = set ? *set : SetDrives{joint.record.id, joint.record.drives, 0};
+  if (command.drives[axis] == drive) return;
+  command.drives[axis] = drive;
+  command.axes = static_cast<AxisMask>(command.axes | 1 << axis);
+  if (const absl::Status status = validate(command.drives, joint.record.properties.type); !status.ok())
     return fail(absl::StrCat("joint ", joint.record.id.value, ": ", status.message()));
   if (set) {
-    set->drives = drives;
+    *set = command;
   } else {
-    commands_.emplace_back(SetDrives{joint.record.id, drives});
+    commands_.emplace_back(command);
   }
 }
 

@@ -66,6 +66,8 @@ struct Senses {
   Eigen::Vector3d angular_velocity() const { return Eigen::Vector3d(state.angular_velocity.data()); }
   // Of the body frame, to world axes.
   Eigen::Quaterniond orientation() const;
+  // Against gravity, of unit length; the world's z axis where there is none.
+  Eigen::Vector3d up() const;
   // At least 0 and less than 1: the n-th number by chance of this instance in this tick. It follows from the
   // body, the place of the program on it, and the tick.
   double random(std::uint32_t n) const;
@@ -137,8 +139,7 @@ class Actor {
   void take_to(const ProgramFinding& body, const Eigen::Vector3d& position, const Eigen::Vector3d& velocity,
                bool keeps_turning);
   // Sets the drive of an axis of a joint, and wakes its bodies; nothing where the axis has that drive. What
-  // the axis cannot have stops the instance. The drives of a joint are set together: a joint is for one
-  // program, which may drive both of its axes.
+  // the axis cannot have stops the instance. Each axis is for one program.
   void drive(const SensedJoint& joint, std::size_t axis, const JointDrive& drive);
   // Takes a joint out of the world.
   void remove_joint(JointId joint);
@@ -169,6 +170,9 @@ class Program {
   virtual std::span<const NumberSpec> parameters() const = 0;
   virtual std::span<const NumberSpec> inputs() const = 0;
   virtual std::span<const NumberSpec> values() const = 0;
+
+  // How many of its values an instance with these parameters has: the first ones.
+  virtual std::size_t value_count(std::span<const double> /*parameters*/) const { return values().size(); }
 
   // How its body must move; nothing: dynamic or kinematic.
   virtual std::optional<Motion> motion() const { return std::nullopt; }

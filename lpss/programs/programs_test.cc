@@ -33,8 +33,9 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
   const auto record = new_program("walker");
   EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(record.status().message(),
-            "there is no program \"walker\"; there are: ackermann, altimeter, breaker, character, "
-            "diff_drive, field, floater, imu, load, motorcycle, mover, pad, pid, portal, pose, ranger, "
+            "there is no program \"walker\"; there are: ackermann, altimeter, barometer, breaker, character, "
+            "diff_drive, field, floater, imu, load, magnetometer, motorcycle, mover, pad, pid, portal, pose, "
+            "ranger, "
             "satellite, thruster, touch, tracks, trajectory, vehicle, wander, wing");
 }
 

@@ -1,8 +1,13 @@
 // Ranger: distances along rays that fan out from a place of the body, as a laser scanner measures them.
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
@@ -15,76 +20,118 @@ namespace tessera {
 namespace ranger {
 namespace {
 
-constexpr std::size_t kRaysMax = 16;
+constexpr std::size_t kRaysMax = 1024;
 
-enum class Parameter { kX, kY, kZ, kRays, kAngle, kHeading, kElevation, kLeast, kMost, kMask, kNoise };
+enum class Parameter {
+  kX,
+  kY,
+  kZ,
+  kRays,
+  kAngle,
+  kHeading,
+  kElevation,
+  kLeast,
+  kMost,
+  kMask,
+  kNoise,
+  kRows,
+  kRowAngle,
+  kRoll,
+  kPitch,
+  kYaw,
+  kRate,
+};
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"x", "m", 0, -1e3, 1e3, "Where it is in the body frame,"},
     {"y", "m", 0, -1e3, 1e3, "along its y axis,"},
     {"z", "m", 0, -1e3, 1e3, "and along its z axis."},
-    {"rays", "", 1, 1, static_cast<double>(kRaysMax), "How many rays; a part of one does not count."},
-    {"angle", "rad", 0, 0, 6.2832, "From the first to the last ray, about the body's z axis."},
+    {"rays", "", 1, 1, static_cast<double>(kRaysMax),
+     "How many rays in a row; a part of one does not count."},
+    {"angle", "rad", 0, 0, 6.2832,
+     "From the first to the last ray of a row, about the z axis of the sensor."},
     {"heading", "rad", 0, -6.2832, 6.2832,
-     "Of the middle of the fan, from the body's x axis; above 0 to the left."},
-    {"elevation", "rad", 0, -1.5708, 1.5708, "Of all rays, above the body's x-y plane."},
+     "Of the middle of the fan, from the x axis of the sensor; above 0 to the left."},
+    {"elevation", "rad", 0, -1.5708, 1.5708, "Of the middle row, above the x-y plane of the sensor."},
     {"least", "m", 0, 0, kProgramCastMax, "Nearer than that, a ray meets nothing."},
     {"most", "m", 30, 0.001, kProgramCastMax, "What is farther away is not seen."},
     {"mask", "", 4294967295, 0, 4294967295, "The collision categories that it sees, as bits."},
-    {"noise", "m", 0, 0, 1e3, "The standard deviation of each distance, in a tick."},
+    {"noise", "m", 0, 0, 1e3, "The standard deviation of each distance, in a measurement."},
+    {"rows", "", 1, 1, static_cast<double>(kRaysMax),
+     "How many rows of rays; of more than 1,024 rays in all, the last rows are left out."},
+    {"row_angle", "rad", 0, 0, 3.1416, "From the lowest row to the highest one."},
+    {"roll", "rad", 0, -7, 7, "How the sensor is turned in the body frame: about the x axis first,"},
+    {"pitch", "rad", 0, -7, 7, "then about the y axis,"},
+    {"yaw", "rad", 0, -7, 7, "then about the z axis of the body."},
+    {"rate", "Hz", 0, 0, 1e4,
+     "How often it measures; 0: in every tick. In between it shows what it has measured."},
 });
 
 enum class Value { kHits, kNearest, kRange };
-constexpr auto kValues = std::to_array<NumberSpec>({
-    {"hits", "", 0, 0, 0, "How many rays meet something."},
-    {"nearest", "m", 0, 0, 0, "The smallest distance; `most` if no ray meets anything."},
-    {"range_0", "m", 0, 0, 0, "The distance along the first ray, to the right; `most` if it meets nothing."},
-    {"range_1", "m", 0, 0, 0, "Along the next one, and so on."},
-    {"range_2", "m", 0, 0, 0, "Likewise."},
-    {"range_3", "m", 0, 0, 0, "Likewise."},
-    {"range_4", "m", 0, 0, 0, "Likewise."},
-    {"range_5", "m", 0, 0, 0, "Likewise."},
-    {"range_6", "m", 0, 0, 0, "Likewise."},
-    {"range_7", "m", 0, 0, 0, "Likewise."},
-    {"range_8", "m", 0, 0, 0, "Likewise."},
-    {"range_9", "m", 0, 0, 0, "Likewise."},
-    {"range_10", "m", 0, 0, 0, "Likewise."},
-    {"range_11", "m", 0, 0, 0, "Likewise."},
-    {"range_12", "m", 0, 0, 0, "Likewise."},
-    {"range_13", "m", 0, 0, 0, "Likewise."},
-    {"range_14", "m", 0, 0, 0, "Likewise."},
-    {"range_15", "m", 0, 0, 0, "Likewise."},
-});
-static_assert(kValues.size() == static_cast<std::size_t>(Value::kRange) + kRaysMax);
+
+// "range_0" to the last one that there may be.
+std::span<const NumberSpec> value_table() {
+  static const std::vector<std::string> kNames = [] {
+    std::vector<std::string> names;
+    for (std::size_t n = 0; n < kRaysMax; ++n) names.push_back(absl::StrCat("range_", n));
+    return names;
+  }();
+  static const std::vector<NumberSpec> kTable = [] {
+    std::vector<NumberSpec> table = {
+        {"hits", "", 0, 0, 0, "How many rays meet something."},
+        {"nearest", "m", 0, 0, 0, "The smallest distance; `most` if no ray meets anything."}};
+    for (const std::string& name : kNames) {
+      table.push_back(
+          {name, "m", 0, 0, 0,
+           "The distance along each ray; `most` if it meets nothing. In a row from the right to the "
+           "left, the lowest row first."});
+    }
+    return table;
+  }();
+  return kTable;
+}
+
+double parameter(std::span<const double> parameters, Parameter place) {
+  return static_cast<std::size_t>(place) < parameters.size()
+             ? at(parameters, place)
+             : kParameters[static_cast<std::size_t>(place)].first;
+}
 
 class Ranger final : public Program {
  public:
   absl::string_view kind() const override { return "ranger"; }
   absl::string_view summary() const override {
-    return "Measures distances along up to 16 rays that fan out. Beyond, a body has several.";
+    return "Measures distances along up to 1,024 rays that fan out in rows, as laser scanners and sonars do.";
   }
   std::span<const NumberSpec> parameters() const override { return kParameters; }
   std::span<const NumberSpec> inputs() const override { return {}; }
-  std::span<const NumberSpec> values() const override { return kValues; }
+  std::span<const NumberSpec> values() const override { return value_table(); }
+  std::size_t value_count(std::span<const double> parameters) const override {
+    return static_cast<std::size_t>(Value::kRange) + rays_of(parameters);
+  }
 
-  void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
+  void ask(const Senses& senses, std::span<const double> values, Asker& asker) const override {
+    if (!measures(senses, values)) return;
     const auto of = [&](Parameter place) { return at(senses.parameters, place); };
-    const Eigen::Quaterniond turn = senses.orientation();
+    const Eigen::Quaterniond body = senses.orientation();
     const Eigen::Vector3d from =
-        senses.position() + lever_of(senses, turn, Eigen::Vector3d(senses.parameters.data()));
-    const auto [rise, flat] = portable::sincos(of(Parameter::kElevation));
+        senses.position() + lever_of(senses, body, Eigen::Vector3d(senses.parameters.data()));
+    const Eigen::Quaterniond turn = body * mounting(senses, Parameter::kRoll);
     const auto mask = static_cast<std::uint32_t>(of(Parameter::kMask));
-    const std::size_t rays = rays_of(senses);
-    const double step = rays > 1 ? of(Parameter::kAngle) / static_cast<double>(rays - 1) : 0;
-    const double first = of(Parameter::kHeading) - step * static_cast<double>(rays - 1) / 2;
+    const std::size_t rays = in_row(senses.parameters);
+    const Fan headings(of(Parameter::kHeading), of(Parameter::kAngle), rays);
+    const Fan elevations(of(Parameter::kElevation), of(Parameter::kRowAngle),
+                         static_cast<std::size_t>(of(Parameter::kRows)));
     const double least = least_of(senses);
-    for (std::size_t n = 0; n < rays; ++n) {
-      const auto [sin, cos] = portable::sincos(first + step * static_cast<double>(n));
+    for (std::size_t n = 0; n < rays_of(senses.parameters); ++n) {
+      const auto [rise, flat] = portable::sincos(elevations.at(n / rays));
+      const auto [sin, cos] = portable::sincos(headings.at(n % rays));
       const Eigen::Vector3d direction = turn * Eigen::Vector3d(flat * cos, flat * sin, rise).normalized();
       asker.cast(from + least * direction, direction, of(Parameter::kMost) - least, 0, mask);
     }
   }
 
   void run(const Senses& senses, std::span<double> values, Actor&) const override {
+    if (!measures(senses, values)) return;
     const double most = at(senses.parameters, Parameter::kMost);
     const double noise = at(senses.parameters, Parameter::kNoise);
     double& hits = at(values, Value::kHits);
@@ -92,8 +139,7 @@ class Ranger final : public Program {
     hits = 0;
     nearest = most;
     const std::span<double> ranges = values.subspan(static_cast<std::size_t>(Value::kRange));
-    std::ranges::fill(ranges, 0);
-    for (std::uint32_t n = 0; n < rays_of(senses); ++n) {
+    for (std::uint32_t n = 0; n < ranges.size(); ++n) {
       double& range = ranges[n];
       range = most;
       const std::span<const ProgramFinding> found = senses.of(n);
@@ -106,11 +152,38 @@ class Ranger final : public Program {
   }
 
  private:
-  static std::size_t rays_of(const Senses& senses) {
-    return static_cast<std::size_t>(at(senses.parameters, Parameter::kRays));
+  // Angles that are even distances apart.
+  class Fan {
+   public:
+    Fan(double middle, double angle, std::size_t count)
+        : step_(count > 1 ? angle / static_cast<double>(count - 1) : 0),
+          first_(middle - step_ * static_cast<double>(count - 1) / 2) {}
+    double at(std::size_t n) const { return first_ + step_ * static_cast<double>(n); }
+
+   private:
+    double step_;
+    double first_;
+  };
+
+  static std::size_t in_row(std::span<const double> parameters) {
+    return static_cast<std::size_t>(parameter(parameters, Parameter::kRays));
+  }
+  static std::size_t rays_of(std::span<const double> parameters) {
+    const std::size_t rays = in_row(parameters);
+    const auto rows = static_cast<std::size_t>(parameter(parameters, Parameter::kRows));
+    return rays * std::min(rows, kRaysMax / rays);
   }
   static double least_of(const Senses& senses) {
     return std::min(at(senses.parameters, Parameter::kLeast), at(senses.parameters, Parameter::kMost));
+  }
+  // In the first tick, and whenever another measurement is due.
+  static bool measures(const Senses& senses, std::span<const double> values) {
+    const double rate = at(senses.parameters, Parameter::kRate);
+    if (rate == 0 || at(values, Value::kNearest) == 0) return true;
+    const double now = static_cast<double>(senses.tick) * senses.dt;
+    // A millionth more, so that a rate of which ticks are multiples is kept.
+    const auto until = [&](double time) { return std::floor(time * rate + 1e-6); };
+    return until(now) != until(now - senses.dt);
   }
 };
 

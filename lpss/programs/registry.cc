@@ -9,6 +9,7 @@
 #include <cmath>
 #include <string>
 
+#include "lpss/base/utf8.h"
 #include "lpss/model/checks.h"
 #include "lpss/model/limits.h"
 #include "lpss/programs/builtin.h"
@@ -55,6 +56,7 @@ const Program* find_builtin(absl::string_view kind) {
 
 void complete(std::vector<double>& numbers, std::span<const NumberSpec> table) {
   for (std::size_t n = numbers.size(); n < table.size(); ++n) numbers.push_back(table[n].first);
+  numbers.resize(table.size());
 }
 
 // Of what the process knows, a world has its own modules alone.
@@ -64,8 +66,9 @@ bool has_program(const ProgramModules& modules, absl::string_view kind) {
 }
 
 absl::Status check_program(const ProgramRecord& record, const ProgramModules& modules) {
-  if (record.kind.size() > kProgramTextBytesMax || record.fault.size() > kProgramTextBytesMax)
+  if (std::max({record.kind.size(), record.fault.size(), record.name.size()}) > kProgramTextBytesMax)
     return refused("the texts of a program must have at most ", kProgramTextBytesMax, " bytes");
+  if (!is_utf8(record.name)) return refused("the name of a program must be UTF-8");
   const Program* const program = find_program(record.kind);
   if (program == nullptr) return new_program(record.kind).status();
   if (!has_program(modules, record.kind))
@@ -127,6 +130,7 @@ absl::Status set_number(ProgramRecord& record, absl::string_view name, double va
   if (program == nullptr) return new_program(record.kind).status();
   if (const auto parameter = place_of(name, program->parameters())) {
     record.parameters[*parameter] = value;
+    complete(record);  // some say how many values there are
   } else if (const auto input = place_of(name, program->inputs())) {
     record.inputs[*input] = value;
   } else {
@@ -140,7 +144,7 @@ void complete(ProgramRecord& record) {
   if (program == nullptr) return;
   complete(record.parameters, program->parameters());
   complete(record.inputs, program->inputs());
-  complete(record.values, program->values());
+  complete(record.values, program->values().first(program->value_count(record.parameters)));
 }
 
 absl::Status check_number(const NumberSpec& spec, double value) {

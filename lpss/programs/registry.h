@@ -36,7 +36,8 @@ absl::StatusOr<ProgramRecord> new_program(absl::string_view kind);
 // are.
 absl::Status set_number(ProgramRecord& record, absl::string_view name, double value);
 
-// Completes an instance of an earlier version, whose tables were shorter.
+// Gives an instance all numbers that its program has with its parameters: one of an earlier version has
+// fewer.
 void complete(ProgramRecord& record);
 
 // Whether a number is the id of a body or joint.

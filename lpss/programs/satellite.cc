@@ -1,6 +1,6 @@
 // Satellite: latitude, longitude and height, as a receiver of satellite navigation shows them.
 //
-// The world is a plane that touches the ellipsoid of WGS 84 where the body started (National Imagery and
+// The world is a plane that touches the ellipsoid of WGS 84 at a place (National Imagery and
 // Mapping Agency, TR8350.2, 2000). Positions go through coordinates from the centre of the earth, and back by
 // Bowring's formula (The accuracy of geodetic latitude and height equations, Survey Review 28, 1985), which
 // is exact to far less than a millimetre at all heights that one flies at.
@@ -23,15 +23,29 @@ constexpr double kPole = kEquator * (1 - kFlattening);       // m, the radius at
 constexpr double kSquare = kFlattening * (2 - kFlattening);  // of the first eccentricity
 constexpr double kDegree = std::numbers::pi / 180;
 
-enum class Parameter { kLatitude, kLongitude, kHeight, kHeading, kNoise, kHeightNoise, kVelocityNoise };
+enum class Parameter {
+  kLatitude,
+  kLongitude,
+  kHeight,
+  kHeading,
+  kNoise,
+  kHeightNoise,
+  kVelocityNoise,
+  kFrom,
+};
 constexpr auto kParameters = std::to_array<NumberSpec>({
-    {"latitude", "deg", 0, -90, 90, "Of where the body started; above 0 in the north,"},
+    {"latitude", "deg", 0, -90, 90, "Of where the body started, or of another place; above 0 in the north,"},
     {"longitude", "deg", 0, -180, 180, "likewise; above 0 in the east,"},
     {"height", "m", 0, -1e4, 1e6, "and its height above the ellipsoid."},
     {"heading", "deg", 0, -360, 360, "Of the world's x axis: 0 is east, 90 north."},
     {"noise", "m", 0, 0, 1e4, "The standard deviation to the east and to the north, each, in a tick."},
     {"height_noise", "m", 0, 0, 1e4, "And of the height."},
     {"velocity_noise", "m/s", 0, 0, 1e3, "And of each velocity."},
+    {"from_x", "m", 0, -1e7, 1e7,
+     "Where the body started, from the place with that latitude, longitude and height: along the world's x "
+     "axis,"},
+    {"from_y", "m", 0, -1e7, 1e7, "its y axis,"},
+    {"from_z", "m", 0, -1e7, 1e7, "and its z axis. There the world touches the earth."},
 });
 
 enum class Value { kLatitude, kLongitude, kHeight, kEast, kNorth, kUp };
@@ -39,8 +53,7 @@ constexpr auto kValues = std::to_array<NumberSpec>({
     {"latitude", "deg", 0, 0, 0, "Of the centre of mass."},
     {"longitude", "deg", 0, 0, 0, "Likewise, within 180 degrees."},
     {"height", "m", 0, 0, 0, "Above the ellipsoid."},
-    {"east", "m/s", 0, 0, 0,
-     "The velocity along the plane that touches the earth at the start, to the east,"},
+    {"east", "m/s", 0, 0, 0, "The velocity along the plane that touches the earth, to the east,"},
     {"north", "m/s", 0, 0, 0, "to the north,"},
     {"up", "m/s", 0, 0, 0, "and upwards."},
 });
@@ -101,7 +114,8 @@ class Satellite final : public Program {
     const auto of = [&](Parameter place) { return at(senses.parameters, place); };
     const Place start{of(Parameter::kLatitude) * kDegree, of(Parameter::kLongitude) * kDegree,
                       of(Parameter::kHeight)};
-    const Eigen::Vector3d way = eastwards(senses, senses.position() - senses.start);
+    const Eigen::Vector3d from(&at(senses.parameters, Parameter::kFrom));
+    const Eigen::Vector3d way = eastwards(senses, from + (senses.position() - senses.start));
     Eigen::Vector3d noise = noise_vector(senses, of(Parameter::kNoise), 0);
     const double height_noise = of(Parameter::kHeightNoise);
     noise.z() = height_noise > 0 ? height_noise * normal(senses, 2) : 0;
