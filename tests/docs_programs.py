@@ -106,12 +106,19 @@ class Cluster:
         self._process = programs.start(["tessera", "up", "--no-page", "--end-with-input", *arguments])
         assert self._process.stdout is not None
         with deadline(self._process):  # the second line says that the world is loaded, or how to load one
-            said = self._process.stdout.readline() + self._process.stdout.readline()
+            said = self._line() + self._line()
         up = re.search(r"cluster is up.* on (\S+:\d+)", said)
         if not up:
             self.stop()
             raise Failed(said.strip())
         self.address = up.group(1)
+
+    def _line(self) -> str:
+        """The next line that is no note of what a file has."""
+        assert self._process.stdout is not None
+        while (line := self._process.stdout.readline()).startswith("note: "):
+            pass
+        return line
 
     def stop(self) -> None:
         """Ends it. Failed if its exit code is not 0."""

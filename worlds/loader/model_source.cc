@@ -14,6 +14,8 @@
 
 #include "lpss/base/nearest_word.h"
 #include "lpss/model/limits.h"
+#include "worlds/gazebo/sensors.h"
+#include "worlds/gazebo/systems.h"
 #include "worlds/loader/builtin_models.h"
 #include "worlds/loader/file_search.h"
 #include "worlds/loader/fuel_cache.h"
@@ -96,12 +98,6 @@ absl::Status check_prefix(const Element& element) {
   return absl::OkStatus();
 }
 
-// "<visual>"; for a plugin, which may move things, with the name of its library.
-std::string described(const Element& element) {
-  const char* file = xml::is(element, "plugin") ? element.Attribute("filename") : nullptr;
-  return file == nullptr ? absl::StrCat("<", element.Name(), ">") : absl::StrCat("<plugin> ", file);
-}
-
 bool says_true(const std::string& text) { return text == "true" || text == "1" || text == "True"; }
 
 // SDF 1.11's automatic inertia, in a way that survives a parser for 1.9.
@@ -145,6 +141,15 @@ void add_pose(const std::string& pose_xml, Element& model) {
   if (frame == nullptr) return;
   if (*frame != '\0') pose.SetAttribute("relative_to", frame);
   pose.DeleteAttribute("frame");
+}
+
+std::string plugins_of(const Element& include) {
+  std::string text;
+  for (const Element* plugin = include.FirstChildElement("plugin"); plugin != nullptr;
+       plugin = plugin->NextSiblingElement("plugin")) {
+    absl::StrAppend(&text, xml::print(*plugin));
+  }
+  return text;
 }
 
 absl::Status merge(const Element& source, const std::string& name, const std::string& pose_xml,
@@ -310,6 +315,9 @@ absl::Status ModelSources::clean(Element& element, const path& directory, Includ
     settle_world_link(element, notices);
     rename_joints(element, notices);
     if (absl::Status status = repair_massless_links(element, notices); !status.ok()) return status;
+    const gazebo::ModelParts parts(element);
+    gazebo::take_systems(parts, notices);
+    gazebo::take_sensors(parts, notices);
   }
   if (xml::is(element, "inertial")) {
     if (absl::Status status = repair_inertial(element, notices); !status.ok()) return status;
@@ -318,7 +326,8 @@ absl::Status ModelSources::clean(Element& element, const path& directory, Includ
     rename_collisions(element, notices);
     keep_auto_inertia(element);
     if (absl::Status status = keep_surface_motion(element); !status.ok()) return status;
-    if (absl::Status status = keep_programs(element, directory, modules_); !status.ok()) return status;
+    if (absl::Status status = keep_programs(element, directory, modules_, notices); !status.ok())
+      return status;
   }
   if (absl::Status status = keep_trigger(element); !status.ok()) return status;
   if (xml::is(element, "geometry")) {
@@ -339,7 +348,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, Includ
     Element* const next = child->NextSiblingElement();
     absl::Status status;
     if (is_no_physics(child->Name())) {
-      notices.count(absl::StrCat(described(*child), " skipped"));
+      notices.count(absl::StrCat("<", child->Name(), "> skipped"));
       element.DeleteChild(child);
     } else if (xml::is(*child, "collision") && !has_known_geometry(*child, notices)) {
       element.DeleteChild(child);
@@ -488,6 +497,10 @@ absl::Status ModelSources::read_file(const Element& include, IncludedFile& entry
     }
     return absl::OkStatus();
   }
+  for (const Element* plugin = include.FirstChildElement("plugin"); plugin != nullptr;
+       plugin = plugin->NextSiblingElement("plugin")) {
+    copy_into(*plugin, *model);
+  }
   if (++depth_ > kIncludeDepthMax) {
     return xml::invalid(include, "includes are nested deeper than ", kIncludeDepthMax);
   }
@@ -501,7 +514,8 @@ absl::Status ModelSources::read_file(const Element& include, IncludedFile& entry
 absl::StatusOr<const ModelSource*> ModelSources::included_file(const Element& include,
                                                                const std::string& name, const char* builtin,
                                                                Notices& notices) {
-  std::unique_ptr<IncludedFile>& slot = files_[name];
+  const std::string key = absl::StrCat(name, plugins_of(include));
+  std::unique_ptr<IncludedFile>& slot = files_[key];
   if (slot == nullptr) {
     slot = std::make_unique<IncludedFile>();
     IncludedFile& entry = *slot;  // reading other files may move the slot, not what it points to
@@ -512,7 +526,7 @@ absl::StatusOr<const ModelSource*> ModelSources::included_file(const Element& in
     if (absl::Status status = read_file(include, entry, notices); !status.ok()) return status;
     entry.reading = false;
   }
-  const IncludedFile& entry = *files_[name];
+  const IncludedFile& entry = *files_[key];
   if (entry.reading) {
     return xml::invalid(*include.FirstChildElement("uri"), "'", xml::child_text(include, "uri"),
                         "' includes itself, directly or through others");
@@ -531,9 +545,6 @@ absl::StatusOr<const ModelSource*> ModelSources::included(const Element& include
   const Element* uri = include.FirstChildElement("uri");
   if (uri == nullptr) return xml::invalid(include, "the <uri> is missing");
   if (absl::Status status = check_include(include); !status.ok()) return status;
-  if (const Element* plugin = include.FirstChildElement("plugin")) {
-    notices.count(absl::StrCat(described(*plugin), " skipped"));
-  }
   for (const Element* child = include.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
     if (absl::StrContains(child->Name(), ':')) notices.count(absl::StrCat("<", child->Name(), "> skipped"));

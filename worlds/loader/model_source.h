@@ -79,7 +79,8 @@ class ModelSources {
     bool lacks_some = false;  // they were left out
   };
 
-  // A file by its path; or a built-in one, whose text is given, by its URI.
+  // A file by its path; or a built-in one, whose text is given, by its URI. With the plugins that an
+  // <include> has for its model, it is a file of its own.
   absl::StatusOr<const ModelSource*> included_file(const xml::Element& include, const std::string& name,
                                                    const char* builtin, Notices& notices);
   absl::Status read_file(const xml::Element& include, IncludedFile& entry, Notices& notices);

@@ -4,6 +4,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
+#include <functional>
 #include <ignition/math/eigen3/Conversions.hh>
 #include <sdf/Collision.hh>
 #include <sdf/Frame.hh>
@@ -231,6 +232,12 @@ class Reader {
       if (absl::Status status = read_inertia(link, properties); !status.ok()) return status;
     }
     entry.programs = programs_of(link);
+    if (!moves) {
+      const auto of_systems = std::erase_if(entry.programs, std::mem_fn(&ProgramTemplate::is_of_system));
+      if (of_systems > 0)
+        result_.notices.count("program of a sensor or system on a link that does not move, left out",
+                              of_systems);
+    }
     places_[name] = result_.links.size();
     result_.links.push_back(std::move(entry));
     return absl::OkStatus();

@@ -9,6 +9,7 @@
 #include <absl/strings/str_join.h>
 #include <absl/strings/str_split.h>
 #include <absl/strings/string_view.h>
+#include <absl/strings/strip.h>
 
 #include <algorithm>
 #include <memory>
@@ -19,6 +20,7 @@
 #include "lpss/model/limits.h"
 #include "lpss/programs/module.h"
 #include "lpss/programs/registry.h"
+#include "worlds/gazebo/program_writer.h"
 #include "worlds/loader/file_search.h"
 #include "worlds/loader/sdf_parser.h"
 
@@ -30,6 +32,8 @@ constexpr absl::string_view kSeparator = ";";
 constexpr absl::string_view kNext = ";;";
 constexpr char kKind[] = "kind";
 constexpr char kModule[] = "module";
+constexpr char kProgramName[] = "name";
+constexpr absl::string_view kOfSystem = "?";  // before the kind
 
 const NumberSpec* find_spec(const Program& program, absl::string_view name) {
   for (const auto table : {program.parameters(), program.inputs()}) {
@@ -83,11 +87,17 @@ absl::StatusOr<std::string> kept_program(const xml::Element& element, const std:
   if (!kind.ok()) return kind.status();
   const Program* const program = find_program(*kind);
   if (program == nullptr) return xml::invalid(element, new_program(*kind).status().message());
-  std::string kept(program->kind());
+  std::string kept = absl::StrCat(xml::is(element, gazebo::kSystemProgram) ? kOfSystem : "", program->kind());
   for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
        attribute = attribute->Next()) {
     const absl::string_view name = attribute->Name();
     if (name == kKind || name == kModule) continue;
+    if (name == kProgramName) {
+      if (absl::StrContains(attribute->Value(), kSeparator))
+        return xml::invalid(element, "'name' must not have a ';'");
+      absl::StrAppend(&kept, kSeparator, kProgramName, "=", attribute->Value());
+      continue;
+    }
     const absl::StatusOr<std::string> number = kept_number(element, *program, attribute->Name());
     if (!number.ok()) return number.status();
     absl::StrAppend(&kept, kSeparator, *number);
@@ -98,6 +108,10 @@ absl::StatusOr<std::string> kept_program(const xml::Element& element, const std:
 // Of what was kept: its names and numbers are right.
 void take_number(const Program& program, absl::string_view name, const std::string& text,
                  ProgramTemplate& result) {
+  if (name == kProgramName) {
+    result.record.name = text;
+    return;
+  }
   const std::optional<std::uint32_t> parameter = place_of(name, program.parameters());
   if (parameter && is_id(program.parameters()[*parameter])) {
     result.named.emplace_back(*parameter, text);
@@ -110,18 +124,23 @@ void take_number(const Program& program, absl::string_view name, const std::stri
 }  // namespace
 
 absl::Status keep_programs(xml::Element& link, const std::filesystem::path& directory,
-                           ProgramModules& modules) {
-  xml::Element* const first = link.FirstChildElement(kProgram.data());
-  if (first == nullptr) return absl::OkStatus();
+                           ProgramModules& modules, Notices& notices) {
   std::vector<std::string> kept;
-  while (xml::Element* const next = link.FirstChildElement(kProgram.data())) {
-    absl::StatusOr<std::string> program = kept_program(*next, directory, modules);
-    if (!program.ok()) return program.status();
-    kept.push_back(*std::move(program));
-    if (kept.size() > kProgramsPerBodyMax)
-      return xml::invalid(*next, "a link must have at most ", kProgramsPerBodyMax, " programs");
-    link.DeleteChild(next);
+  for (const char* const tag : {kProgram.data(), gazebo::kSystemProgram}) {
+    while (xml::Element* const next = link.FirstChildElement(tag)) {
+      absl::StatusOr<std::string> program = kept_program(*next, directory, modules);
+      if (!program.ok()) return program.status();
+      if (kept.size() < kProgramsPerBodyMax) {
+        kept.push_back(*std::move(program));
+      } else if (tag == kProgram) {
+        return xml::invalid(*next, "a link must have at most ", kProgramsPerBodyMax, " programs");
+      } else {
+        notices.count(absl::StrCat("program of a link that has ", kProgramsPerBodyMax, " already, left out"));
+      }
+      link.DeleteChild(next);
+    }
   }
+  if (kept.empty()) return absl::OkStatus();
   xml::Element* const all = link.InsertNewChildElement(kProgram.data());
   all->SetText(absl::StrJoin(kept, kNext).c_str());
   return absl::OkStatus();
@@ -133,10 +152,13 @@ std::vector<ProgramTemplate> programs_of(const sdf::Link& link) {
   if (!find_value(link.Element(), {kProgram.data()}, text)) return result;
   for (const std::string& kept : std::vector<std::string>(absl::StrSplit(text, kNext))) {
     const std::vector<std::string> words = absl::StrSplit(kept, kSeparator);
-    const Program* const program = find_program(words[0]);
-    absl::StatusOr<ProgramRecord> record = new_program(words[0]);
+    absl::string_view kind = words[0];
+    const bool is_of_system = absl::ConsumePrefix(&kind, kOfSystem);
+    const Program* const program = find_program(kind);
+    absl::StatusOr<ProgramRecord> record = new_program(kind);
     if (!record.ok()) continue;
     ProgramTemplate& entry = result.emplace_back();
+    entry.is_of_system = is_of_system;
     entry.record = *std::move(record);
     for (const std::string& word : std::span(words).subspan(1)) {
       const std::pair<std::string, std::string> number = absl::StrSplit(word, absl::MaxSplits('=', 1));
@@ -147,15 +169,16 @@ std::vector<ProgramTemplate> programs_of(const sdf::Link& link) {
 }
 
 void ProgramPlacer::add(const std::vector<ProgramTemplate>& programs, const xml::Element& element,
-                        std::size_t place, BodyDescription& body) {
+                        std::size_t place, const Eigen::Vector3d& start, BodyDescription& body) {
   for (const ProgramTemplate& program : programs) {
     for (const auto& [parameter, name] : program.named)
-      named_.push_back({place, body.programs.size(), parameter, name, &element});
-    body.programs.push_back(program.record);
+      named_.push_back({place, body.programs.size(), parameter, name, &element, program.is_of_system});
+    ProgramRecord& record = body.programs.emplace_back(program.record);
+    if (program.is_of_system) surroundings.tell(start, record);
   }
 }
 
-absl::Status ProgramPlacer::resolve(WorldDescription& world) const {
+absl::Status ProgramPlacer::resolve(WorldDescription& world, Notices& notices) const {
   if (named_.empty()) return absl::OkStatus();
   using Ids = absl::flat_hash_map<std::string_view, std::uint64_t>;  // 1, 2, ... in their order
   Ids bodies;
@@ -167,9 +190,18 @@ absl::Status ProgramPlacer::resolve(WorldDescription& world) const {
     ProgramRecord& program = body.programs[named.program];
     const absl::string_view unit = find_program(program.kind)->parameters()[named.parameter].unit;
     const Ids& ids = unit == kBodyUnit ? bodies : joints;
-    const std::size_t model = body.name.rfind("::");
-    auto id = model == std::string::npos ? ids.end() : ids.find(body.name.substr(0, model + 2) + named.name);
+    auto id = ids.end();
+    // From the model of the body outwards.
+    for (std::size_t end = body.name.rfind("::"); id == ids.end() && end != std::string::npos && end > 0;
+         end = body.name.rfind("::", end - 1)) {
+      id = ids.find(absl::StrCat(body.name.substr(0, end + 2), named.name));
+    }
     if (id == ids.end()) id = ids.find(named.name);
+    if (id == ids.end() && named.is_of_system) {
+      notices.count(
+          absl::StrCat("program ", program.kind, " of a ", unit, " that was left out, does nothing"));
+      continue;
+    }
     if (id == ids.end())
       return xml::invalid(*named.element, "a program names the ", unit, " '", named.name,
                           "', which is not there");

@@ -1,12 +1,14 @@
 // The programs of a link (docs/programs.md):
 //
 //   <tessera:program kind="character" step="0.3" x="1"/>
-//   <tessera:program module="flee.wasm" speed="2"/>
+//   <tessera:program module="flee.wasm" name="shy" speed="2"/>
 //
 // A module is a file beside the world file, or the model's.
 //
-// Attributes are parameters and inputs by their names, in the units of the program's tables; where a number
-// is a body or joint, its name in the model of the link, or else in the world.
+// `name` tells programs of a link apart. Other attributes are parameters and inputs by their names, in the
+// units of the program's tables; where a number is a body or joint, its name in the model of the link, in one
+// that this model is in, or else in the world. Programs for sensors and systems of the file (worlds/gazebo/)
+// are read alike; what is wrong with them is no error, but a notice.
 #pragma once
 
 #include <absl/status/status.h>
@@ -21,6 +23,8 @@
 
 #include "lpss/model/program.h"
 #include "lpss/model/world_description.h"
+#include "worlds/gazebo/surroundings.h"
+#include "worlds/loader/notices.h"
 #include "worlds/loader/xml.h"
 
 namespace tessera {
@@ -31,11 +35,12 @@ inline constexpr absl::string_view kProgram = "tessera:program";
 // Checks all of them, of a file in `directory`, and keeps them as one element. Modules that are new are added
 // to `modules`. Errors name the attribute and its bound.
 absl::Status keep_programs(xml::Element& link, const std::filesystem::path& directory,
-                           ProgramModules& modules);
+                           ProgramModules& modules, Notices& notices);
 
 struct ProgramTemplate {
   ProgramRecord record;
   std::vector<std::pair<std::uint32_t, std::string>> named;  // parameters that are bodies or joints
+  bool is_of_system = false;  // of a sensor or system: where it cannot be, it is left out
 };
 
 std::vector<ProgramTemplate> programs_of(const sdf::Link& link);
@@ -43,10 +48,13 @@ std::vector<ProgramTemplate> programs_of(const sdf::Link& link);
 // Gives bodies of a world their programs, and finds what these name once all bodies and joints are there.
 class ProgramPlacer {
  public:
-  // To `body`, which comes to `place` in the world; errors will name `element`.
+  // To `body`, which comes to `place` in the world; errors will name `element`. `start`: its centre of mass,
+  // m from the origin of the world.
   void add(const std::vector<ProgramTemplate>& programs, const xml::Element& element, std::size_t place,
-           BodyDescription& body);
-  absl::Status resolve(WorldDescription& world) const;
+           const Eigen::Vector3d& start, BodyDescription& body);
+  absl::Status resolve(WorldDescription& world, Notices& notices) const;
+
+  gazebo::Surroundings surroundings;  // for sensors
 
  private:
   // A parameter of a program that is a body or joint.
@@ -56,6 +64,7 @@ class ProgramPlacer {
     std::size_t parameter = 0;
     std::string name;
     const xml::Element* element = nullptr;
+    bool is_of_system = false;
   };
   std::vector<Named> named_;
 };

@@ -21,10 +21,6 @@ std::string world_with_program(const std::string& program, const std::string& mo
   return world(model("m", "", kProgrammedBox + more + program) + model("other", "", kProgrammedBox));
 }
 
-double parameter_of(const ProgramRecord& record, absl::string_view name) {
-  return record.parameters.at(place_of(name, find_program(record.kind)->parameters()).value());
-}
-
 std::string error_of_program(const std::string& text) {
   const absl::StatusOr<LoadedWorld> loaded = load_world_string(text, "/");
   EXPECT_FALSE(loaded.ok());
@@ -33,23 +29,24 @@ std::string error_of_program(const std::string& text) {
 
 TEST(ProgramsOfFiles, AreReadWithTheirNumbersInTheirOrder) {
   const LoadedWorld loaded =
-      load(world_with_program("<tessera:program kind='character' step='0.25' x='1.5'/>"
+      load(world_with_program("<tessera:program kind='character' name='legs' step='0.25' x='1.5'/>"
                               "<tessera:program kind='wander' radius='3'/>"));
   const std::vector<ProgramRecord>& programs = loaded.world.bodies.at(0).programs;
   ASSERT_EQ(programs.size(), 2u);
   EXPECT_EQ(programs[0].kind, "character");
-  EXPECT_EQ(parameter_of(programs[0], "step"), 0.25);
-  EXPECT_EQ(parameter_of(programs[0], "height"), 1) << "what is not named is as at first";
+  EXPECT_EQ(programs[0].name, "legs");
+  EXPECT_EQ(number_of(programs[0], "step"), 0.25);
+  EXPECT_EQ(number_of(programs[0], "height"), 1) << "what is not named is as at first";
   EXPECT_EQ(programs[0].inputs.at(0), 1.5);
   EXPECT_EQ(programs[1].kind, "wander");
-  EXPECT_EQ(parameter_of(programs[1], "radius"), 3);
+  EXPECT_EQ(number_of(programs[1], "radius"), 3);
   EXPECT_TRUE(check_programs(loaded.world).ok());
 }
 
 TEST(ProgramsOfFiles, NameBodies) {
   const LoadedWorld loaded = load(
       world_with_program("<tessera:program kind='pad' body='other::l'/>", "<kinematic>true</kinematic>"));
-  EXPECT_EQ(parameter_of(loaded.world.bodies.at(0).programs.at(0), "body"), 2);
+  EXPECT_EQ(number_of(loaded.world.bodies.at(0).programs.at(0), "body"), 2);
   EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='pad' body='nobody::l'/>")),
               HasSubstr("names the body 'nobody::l', which is not there"));
 }
@@ -65,7 +62,7 @@ TEST(ProgramsOfFiles, NameJointsOfTheirOwnModelFirst) {
   const LoadedWorld loaded = load(world(arm("a", "elbow") + arm("b", "elbow") + arm("c", "a::elbow")));
   ASSERT_EQ(loaded.world.joints.size(), 3u);
   for (const auto& [body, joint] : {std::pair(0, 1), std::pair(2, 2), std::pair(4, 1)}) {
-    EXPECT_EQ(parameter_of(loaded.world.bodies.at(static_cast<std::size_t>(body)).programs.at(0), "joint"),
+    EXPECT_EQ(number_of(loaded.world.bodies.at(static_cast<std::size_t>(body)).programs.at(0), "joint"),
               joint);
   }
   EXPECT_TRUE(check_programs(loaded.world).ok());
@@ -99,9 +96,9 @@ TEST(ProgramsOfFiles, AreInModules) {
   const std::vector<ProgramRecord>& programs = loaded->world.bodies.at(0).programs;
   ASSERT_EQ(programs.size(), 2u);
   EXPECT_EQ(programs[0].kind, kind);
-  EXPECT_EQ(parameter_of(programs[0], "from"), 2);
-  EXPECT_EQ(parameter_of(programs[0], "radius"), 3);
-  EXPECT_EQ(parameter_of(programs[1], "radius"), 8);
+  EXPECT_EQ(number_of(programs[0], "from"), 2);
+  EXPECT_EQ(number_of(programs[0], "radius"), 3);
+  EXPECT_EQ(number_of(programs[1], "radius"), 8);
   EXPECT_TRUE(check_programs(loaded->world).ok()) << check_programs(loaded->world);
 }
 

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "worlds/gazebo/urdf_extras.h"
 #include "worlds/loader/elements.h"
 #include "worlds/loader/file_search.h"
 #include "worlds/loader/repairs.h"
@@ -369,6 +370,7 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
     robot.SetAttribute("name", "robot");
   }
   note_materials(robot, notices);
+  const gazebo::UrdfExtras extras(robot, notices);
   remove_unread(robot, notices);
   rename_joints(robot, notices);
   complete(robot, notices);
@@ -410,6 +412,7 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
   restore_capsules(*model);
   restore_fixed_links(*model, std::move(fixed));
   meshes.restore(*model);
+  extras.restore(*model, notices);
   if (absl::Status status = census.check(*model); !status.ok()) return status;
   return result;
 }

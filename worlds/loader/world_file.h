@@ -27,7 +27,7 @@ enum class Faults {
 
 // Reads an SDF world, an SDF model or a URDF robot; the content decides which. A model or a robot becomes a
 // world of its own with default settings. Includes and meshes are files of this machine; elements that are
-// not physics (lights, visuals, sensors, plugins) are skipped and counted.
+// not physics (lights, visuals, cameras, unknown plugins) are skipped and counted.
 //
 // Elements with the prefix `tessera:` are read as well; tessera_elements.h lists them.
 //

@@ -416,8 +416,8 @@ TEST(NoticeLines, CountByKind) {
   EXPECT_THAT(names(loaded), ElementsAre("a::l", "b::l"));
   EXPECT_THAT(
       loaded.notices,
-      ElementsAre("1 x <light> skipped", "1 x <plugin> f skipped", "1 x <plugin> skipped",
-                  "1 x <scene> skipped", "1 x <sensor> skipped", "3 x <visual> skipped",
+      ElementsAre("1 x <light> skipped", "2 x <plugin> f skipped", "1 x <scene> skipped",
+                  "1 x <sensor> imu is the program imu", "3 x <visual> skipped",
                   "1 x collision with the geometry <boks>, which is not supported, skipped; the nearest "
                   "known is <box>",
                   "1 x collision with the geometry <torus>, which is not supported, skipped",

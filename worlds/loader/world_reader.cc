@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "lpss/model/validate.h"
+#include "worlds/gazebo/systems.h"
 #include "worlds/loader/elements.h"
 #include "worlds/loader/model_source.h"
 #include "worlds/loader/model_template.h"
@@ -168,7 +169,7 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     if (placed.joint == nullptr) continue;
     if (absl::Status status = add_world_joint(placed); !status.ok()) return status;
   }
-  if (absl::Status status = programs_.resolve(world_); !status.ok()) return status;
+  if (absl::Status status = programs_.resolve(world_, notices_); !status.ok()) return status;
   world_.settings.modules = sources_.modules();
   world_.shapes = shapes_.take();
   note_materials();
@@ -269,8 +270,13 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
   if (absl::StartsWith(element.Name(), "tessera:")) {
     return xml::invalid(element, "unknown or misplaced tessera: element");
   }
-  if (xml::is(element, "spherical_coordinates")) {
-    notices_.count("<spherical_coordinates> not used: positions stay in the file's local frame");
+  if (gazebo::Surroundings::is_one(element)) {
+    if (xml::is(element, "spherical_coordinates"))
+      notices_.count("<spherical_coordinates> for sensors alone: positions stay in the file's local frame");
+    return programs_.surroundings.take(element);
+  }
+  if (xml::is(element, "plugin")) {
+    if (const std::string text = gazebo::skipped(element); !text.empty()) notices_.count(text);
     return absl::OkStatus();
   }
   note_unread(element, notices_);
@@ -507,7 +513,13 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
       body.linear_velocity = velocity + spin.cross(arm);
       body.angular_velocity = spin;
     }
-    programs_.add(link.programs, *placed.element, world_.bodies.size(), body);
+    if (!link.programs.empty()) {
+      const Eigen::Vector3d centre =
+          body.pose.orientation * centre_frame(link.properties).position + body.pose.position.local;
+      const Eigen::Vector3d start =
+          centre + metres_between({}, body.pose.position.sector, world_.settings.sector_size);
+      programs_.add(link.programs, *placed.element, world_.bodies.size(), start, body);
+    }
     world_.bodies.push_back(std::move(body));
   }
   return absl::OkStatus();

@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "lpss/programs/registry.h"
 #include "worlds/loader/world_file.h"
 
 namespace tessera {
@@ -105,5 +106,12 @@ inline void expect_near(const Eigen::Vector3d& a, const Eigen::Vector3d& b, doub
 inline const char kTetrahedra[] =
     "o one\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n"
     "o two\nv 5 0 0\nv 6 0 0\nv 5 1 0\nv 5 0 1\nf 5 6 7\nf 5 6 8\nf 5 7 8\nf 6 7 8\n";
+
+// A parameter or input of a program.
+inline double number_of(const ProgramRecord& record, absl::string_view name) {
+  const Program& program = *find_program(record.kind);
+  if (const auto parameter = place_of(name, program.parameters())) return record.parameters.at(*parameter);
+  return record.inputs.at(place_of(name, program.inputs()).value());
+}
 
 }  // namespace tessera

@@ -1,0 +1,304 @@
+#include "worlds/gazebo/sensors.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "lpss/base/portable_math.h"
+#include "lpss/model/limits.h"
+#include "worlds/gazebo/numbers.h"
+#include "worlds/gazebo/program_writer.h"
+
+namespace tessera::gazebo {
+namespace {
+
+using xml::Element;
+
+// A <sensor> where it is.
+struct Sensor {
+  const Element& element;
+  std::string type;
+  Pose pose;  // in its link; of one in a joint, in the joint
+};
+
+// What a kind of sensor says beside numbers, and what is not simulated of it.
+class Reading {
+ public:
+  Reading(const Sensor& sensor, Notices& notices) : sensor_(sensor), notices_(notices) {}
+
+  const Element& element() const { return sensor_.element; }
+  double number(std::initializer_list<const char*> way, double otherwise) {
+    return numbers_.read(find(&sensor_.element, way), otherwise);
+  }
+  // The standard deviation that the <noise> of an element has; old files have it without `type`. What else a
+  // noise has is named.
+  double deviation(const Element* noisy) {
+    const Element* const noise = find(noisy, {"noise"});
+    return noise == nullptr ? 0 : deviation_of(*noise);
+  }
+  double deviation(std::initializer_list<const char*> way) { return deviation(find(&sensor_.element, way)); }
+  // The largest of three axes.
+  double deviation_of_axes(const Element* parent) {
+    std::array<double, 3> axes{};
+    const std::array<const char*, 3> names = {"x", "y", "z"};
+    for (std::size_t n = 0; n < axes.size(); ++n) axes[n] = deviation(find(parent, {names[n]}));
+    const double most = *std::ranges::max_element(axes);
+    if (*std::ranges::min_element(axes) != most) leave_out("axes with noise of their own");
+    return most;
+  }
+  void leave_out(absl::string_view what) { note(absl::StrCat(what, " not simulated")); }
+  void note(absl::string_view text) { notices_.count(absl::StrCat("<sensor> ", sensor_.type, ": ", text)); }
+  const absl::Status& status() const { return numbers_.status(); }
+
+ private:
+  double deviation_of(const Element& noise) {
+    for (const char* part : {"mean", "bias_mean", "bias_stddev", "dynamic_bias_stddev", "precision"}) {
+      if (numbers_.read(noise, part, 0) != 0) leave_out(absl::StrCat("<", part, "> of noise"));
+    }
+    return std::abs(numbers_.read(noise, "stddev", 0));
+  }
+
+  const Sensor& sensor_;
+  Notices& notices_;
+  Numbers numbers_;
+};
+
+void write_imu(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
+  program.set_place(sensor.pose).set_turn(sensor.pose);
+  const Element* const imu = sensor.element.FirstChildElement("imu");
+  if (const Element* const old = find(imu, {"noise"})) {  // before SDF 1.5
+    Numbers numbers;
+    program.set("turn_noise", std::abs(numbers.read(find(old, {"rate", "stddev"}), 0)))
+        .set("noise", std::abs(numbers.read(find(old, {"accel", "stddev"}), 0)));
+    return;
+  }
+  program.set("turn_noise", reading.deviation_of_axes(find(imu, {"angular_velocity"})))
+      .set("noise", reading.deviation_of_axes(find(imu, {"linear_acceleration"})));
+}
+
+struct Fan {
+  double rays = 1;
+  double middle = 0;  // rad
+  double angle = 0;
+};
+
+Fan fan_of(Reading& reading, const Element* scan) {
+  Numbers numbers;
+  const auto number = [&](const char* name, double otherwise) {
+    return numbers.read(find(scan, {name}), otherwise);
+  };
+  const double rays = std::round(number("samples", 1) * number("resolution", 1));
+  const double first = number("min_angle", 0);
+  const double last = number("max_angle", 0);
+  if (!numbers.status().ok()) reading.leave_out("a number that is none");
+  if (rays <= 1) return {1, first, 0};
+  return {rays, (first + last) / 2, std::abs(last - first)};
+}
+
+void write_lidar(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
+  constexpr double kRaysMax = 1024;
+  constexpr double kRowsOfMany = 64;
+  program.set_place(sensor.pose).set_turn(sensor.pose);
+  const char* const tag = sensor.element.FirstChildElement("lidar") != nullptr ? "lidar" : "ray";
+  const Element* const lidar = sensor.element.FirstChildElement(tag);
+  Fan row = fan_of(reading, find(lidar, {"scan", "horizontal"}));
+  Fan column = fan_of(reading, find(lidar, {"scan", "vertical"}));
+  if (row.rays * column.rays > kRaysMax) {
+    const double all = row.rays * column.rays;
+    column.rays = std::min(column.rays, kRowsOfMany);
+    row.rays = std::min(row.rays, std::floor(kRaysMax / column.rays));
+    reading.note(absl::StrCat(all, " rays are thinned out to ", row.rays * column.rays));
+  }
+  program.set("rays", row.rays)
+      .set("heading", row.middle)
+      .set("angle", row.angle)
+      .set("rows", column.rays)
+      .set("elevation", column.middle)
+      .set("row_angle", column.angle)
+      .set("least", reading.number({tag, "range", "min"}, 0))
+      .set("most", std::min(reading.number({tag, "range", "max"}, 30), kProgramCastMax))
+      .set("noise", reading.deviation(lidar))
+      .set("rate", reading.number({"update_rate"}, 0));
+}
+
+// Its cone as rays in a square about it.
+void write_sonar(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
+  constexpr double kRaysOfASide = 9;
+  const double most = reading.number({"sonar", "max"}, 1);
+  const double radius = reading.number({"sonar", "radius"}, 0.5);
+  const double angle = most > 0 ? 2 * portable::atan2(radius, most) : 0;
+  program.set_place(sensor.pose)
+      .set_turn(sensor.pose)
+      .set("rays", kRaysOfASide)
+      .set("angle", angle)
+      .set("rows", kRaysOfASide)
+      .set("row_angle", angle)
+      .set("least", reading.number({"sonar", "min"}, 0))
+      .set("most", std::min(most, kProgramCastMax))
+      .set("noise", reading.deviation({"sonar"}))
+      .set("rate", reading.number({"update_rate"}, 0));
+}
+
+void write_contact(const Sensor&, Reading&, ProgramWriter&) {}
+
+void write_altimeter(const Sensor&, Reading& reading, ProgramWriter& program) {
+  program.set("noise", reading.deviation({"altimeter", "vertical_position"}))
+      .set("climb_noise", reading.deviation({"altimeter", "vertical_velocity"}));
+}
+
+void write_satellite(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
+  const char* const tag = sensor.element.FirstChildElement("navsat") != nullptr ? "navsat" : "gps";
+  program.set("noise", reading.deviation({tag, "position_sensing", "horizontal"}))
+      .set("height_noise", reading.deviation({tag, "position_sensing", "vertical"}))
+      .set("velocity_noise", reading.deviation({tag, "velocity_sensing", "horizontal"}));
+}
+
+void write_magnetometer(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
+  program.set_turn(sensor.pose)
+      .set("noise", reading.deviation_of_axes(sensor.element.FirstChildElement("magnetometer")));
+}
+
+void write_barometer(const Sensor&, Reading& reading, ProgramWriter& program) {
+  program.set("height", reading.number({"air_pressure", "reference_altitude"}, 0))
+      .set("noise", reading.deviation({"air_pressure", "pressure"}));
+}
+
+struct Kind {
+  absl::string_view type;
+  absl::string_view program;
+  void (*write)(const Sensor&, Reading&, ProgramWriter&) = nullptr;
+};
+constexpr std::array kKinds = {
+    Kind{"air_pressure", "barometer", write_barometer},
+    Kind{"altimeter", "altimeter", write_altimeter},
+    Kind{"contact", "touch", write_contact},
+    Kind{"gps", "satellite", write_satellite},
+    Kind{"gpu_lidar", "ranger", write_lidar},
+    Kind{"gpu_ray", "ranger", write_lidar},
+    Kind{"imu", "imu", write_imu},
+    Kind{"lidar", "ranger", write_lidar},
+    Kind{"magnetometer", "magnetometer", write_magnetometer},
+    Kind{"navsat", "satellite", write_satellite},
+    Kind{"ray", "ranger", write_lidar},
+    Kind{"sonar", "ranger", write_sonar},
+};
+
+std::string attribute_of(const Element& element, const char* name) {
+  const char* const value = element.Attribute(name);
+  return value == nullptr ? "" : value;
+}
+
+std::string type_of(const Element& sensor) { return attribute_of(sensor, "type"); }
+
+// The pose of a sensor in `link`; nothing where it is relative to something that is not fixed to it.
+std::optional<Pose> pose_of(const Element& sensor, const Element& link, const ModelParts& parts) {
+  const Element* const given = sensor.FirstChildElement("pose");
+  if (given == nullptr) return Pose{};
+  const absl::StatusOr<xml::RelativePose> pose = xml::pose_of(*given);
+  if (!pose.ok()) return std::nullopt;
+  if (pose->relative_to.empty()) return pose->pose;
+  const std::optional<ModelParts::Place> place = parts.place(pose->relative_to);
+  if (!place || place->link != &link) return std::nullopt;
+  return place->pose * pose->pose;
+}
+
+class Taking {
+ public:
+  Taking(const ModelParts& parts, Notices& notices) : parts_(parts), notices_(notices) {}
+
+  void take_from_link(Element& link) {
+    while (Element* const sensor = link.FirstChildElement("sensor")) {
+      of_link(*sensor, link);
+      link.DeleteChild(sensor);
+    }
+  }
+
+  void take_from_joint(Element& joint) {
+    while (Element* const sensor = joint.FirstChildElement("sensor")) {
+      of_joint(*sensor, joint);
+      joint.DeleteChild(sensor);
+    }
+  }
+
+ private:
+  void of_link(const Element& element, Element& link) {
+    const std::string type = type_of(element);
+    const auto kind = std::ranges::find(kKinds, absl::string_view(type), &Kind::type);
+    if (kind == kKinds.end()) return leave_out(type, "");
+    const std::optional<Pose> pose = pose_of(element, link, parts_);
+    if (!pose) return leave_out(type, ": its pose is not that of its link");
+    const Sensor sensor{element, type, *pose};
+    Reading reading(sensor, notices_);
+    ProgramWriter program(kind->program, attribute_of(element, "name"));
+    kind->write(sensor, reading, program);
+    finish(sensor, reading.status(), program, link);
+  }
+
+  void of_joint(const Element& element, const Element& joint) {
+    const std::string type = type_of(element);
+    if (type != "force_torque") return leave_out(type, " in a joint");
+    Element* const child = parts_.side(joint, "child");
+    if (child == nullptr) return leave_out(type, ": the child of its joint is in another model");
+    const Sensor sensor{element, type, {}};
+    Reading reading(sensor, notices_);
+    const Element* const own = element.FirstChildElement("force_torque");
+    const std::string frame = own == nullptr ? "" : xml::child_text(*own, "frame");
+    const bool is_on_child =
+        own != nullptr && xml::child_text(*own, "measure_direction") == "parent_to_child";
+    ProgramWriter program("load", attribute_of(element, "name"));
+    program.set("joint", attribute_of(joint, "name"))
+        .set("frame", 1)
+        .set("direction", is_on_child ? 1 : -1)
+        .set("noise", reading.deviation_of_axes(find(own, {"force"})))
+        .set("torque_noise", reading.deviation_of_axes(find(own, {"torque"})));
+    if (frame == "parent") reading.leave_out("the frame of the parent (that of the child counts)");
+    if (frame == "sensor") program.set_turn(turn_in_child(element, joint, *child));
+    finish(sensor, reading.status(), program, *child);
+  }
+
+  // Of a sensor in a joint: as it is turned in the child.
+  Pose turn_in_child(const Element& sensor, const Element& joint, const Element& child) const {
+    Pose pose = pose_of(joint, child, parts_).value_or(Pose{});
+    if (const Element* const own = sensor.FirstChildElement("pose")) {
+      if (const absl::StatusOr<xml::RelativePose> given = xml::pose_of(*own); given.ok())
+        pose = pose * given->pose;
+    }
+    return pose;
+  }
+
+  void leave_out(const std::string& type, absl::string_view why) {
+    notices_.count(absl::StrCat("<sensor>", type.empty() ? "" : " ", type, why, " skipped"));
+  }
+
+  void finish(const Sensor& sensor, absl::Status status, const ProgramWriter& program, Element& link) {
+    if (status.ok()) status = program.write(link);
+    if (status.ok()) {
+      notices_.count(absl::StrCat("<sensor> ", sensor.type, " is the program ", program.kind()));
+    } else {
+      notices_.count_repair(absl::StrCat("<sensor> ", sensor.type, ", left out: ", status.message()),
+                            xml::place_of(sensor.element));
+    }
+  }
+
+  const ModelParts& parts_;
+  Notices& notices_;
+};
+
+}  // namespace
+
+void take_sensors(const ModelParts& parts, Notices& notices) {
+  Taking taking(parts, notices);
+  for (Element* child = parts.model().FirstChildElement(); child != nullptr;
+       child = child->NextSiblingElement()) {
+    if (xml::is(*child, "link")) taking.take_from_link(*child);
+    if (xml::is(*child, "joint")) taking.take_from_joint(*child);
+  }
+}
+
+}  // namespace tessera::gazebo

@@ -1,0 +1,174 @@
+// Sensors of world files as programs.
+#include "worlds/gazebo/sensors.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <string>
+
+#include "lpss/programs/registry.h"
+#include "worlds/loader/world_text_for_tests.h"
+
+namespace tessera {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+LoadedWorld load_sensor(const std::string& sensor, const std::string& of_world = "") {
+  return load(world(of_world + model("m", "<pose>1 2 3 0 0 0</pose>", kUnitBox + sensor)));
+}
+
+ProgramRecord program_of(const std::string& sensor, const std::string& of_world = "") {
+  const LoadedWorld loaded = load_sensor(sensor, of_world);
+  EXPECT_EQ(loaded.world.bodies.at(0).programs.size(), 1u);
+  EXPECT_TRUE(check_programs(loaded.world).ok()) << check_programs(loaded.world);
+  return loaded.world.bodies.at(0).programs.at(0);
+}
+
+TEST(SensorsOfFiles, AnImuHasItsPlaceItsTurnAndItsNoise) {
+  const ProgramRecord imu = program_of(
+      "<sensor name='nose' type='imu'><pose>0.1 0.2 0.3 0 0 1.5</pose><imu>"
+      "<angular_velocity><x><noise type='gaussian'><stddev>0.01</stddev></noise></x>"
+      "<y><noise type='gaussian'><stddev>0.01</stddev></noise></y>"
+      "<z><noise type='gaussian'><stddev>0.01</stddev></noise></z></angular_velocity></imu></sensor>");
+  EXPECT_EQ(imu.kind, "imu");
+  EXPECT_EQ(imu.name, "nose");
+  EXPECT_EQ(number_of(imu, "y"), 0.2);
+  EXPECT_NEAR(number_of(imu, "yaw"), 1.5, 1e-15);
+  EXPECT_EQ(number_of(imu, "turn_noise"), 0.01);
+  EXPECT_EQ(number_of(imu, "noise"), 0);
+}
+
+TEST(SensorsOfFiles, ALidarHasItsRaysInRows) {
+  const ProgramRecord lidar = program_of(
+      "<sensor name='top' type='gpu_lidar'><update_rate>10</update_rate><lidar><scan>"
+      "<horizontal><samples>64</samples><min_angle>-1</min_angle><max_angle>2</max_angle></horizontal>"
+      "<vertical><samples>4</samples><min_angle>-0.2</min_angle><max_angle>0.1</max_angle></vertical></scan>"
+      "<range><min>0.08</min><max>10</max></range>"
+      "<noise><type>gaussian</type><stddev>0.02</stddev></noise></lidar></sensor>");
+  EXPECT_EQ(lidar.kind, "ranger");
+  EXPECT_EQ(number_of(lidar, "rays"), 64);
+  EXPECT_EQ(number_of(lidar, "rows"), 4);
+  EXPECT_EQ(number_of(lidar, "angle"), 3);
+  EXPECT_EQ(number_of(lidar, "heading"), 0.5);
+  EXPECT_NEAR(number_of(lidar, "elevation"), -0.05, 1e-15);
+  EXPECT_NEAR(number_of(lidar, "row_angle"), 0.3, 1e-15);
+  EXPECT_EQ(number_of(lidar, "least"), 0.08);
+  EXPECT_EQ(number_of(lidar, "most"), 10);
+  EXPECT_EQ(number_of(lidar, "noise"), 0.02);
+  EXPECT_EQ(number_of(lidar, "rate"), 10);
+}
+
+TEST(SensorsOfFiles, ALidarOfTooManyRaysIsThinnedOut) {
+  const LoadedWorld loaded = load_sensor(
+      "<sensor name='top' type='ray'><ray><scan>"
+      "<horizontal><samples>1800</samples><min_angle>-3.14</min_angle><max_angle>3.14</max_angle></"
+      "horizontal>"
+      "<vertical><samples>16</samples><min_angle>-0.2</min_angle><max_angle>0.2</max_angle></vertical></scan>"
+      "<range><max>100</max></range></ray></sensor>");
+  const ProgramRecord& lidar = loaded.world.bodies.at(0).programs.at(0);
+  EXPECT_EQ(number_of(lidar, "rays"), 64);
+  EXPECT_EQ(number_of(lidar, "rows"), 16);
+  EXPECT_EQ(number_of(lidar, "angle"), 6.28);
+  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> ray: 28800 rays are thinned out to 1024"));
+}
+
+TEST(SensorsOfFiles, ASonarIsRaysInItsCone) {
+  const ProgramRecord sonar = program_of(
+      "<sensor name='s' type='sonar'><sonar><min>0.1</min><max>2</max><radius>2</radius></sonar></sensor>");
+  EXPECT_EQ(sonar.kind, "ranger");
+  EXPECT_NEAR(number_of(sonar, "angle"), std::numbers::pi / 2, 1e-15);
+  EXPECT_EQ(number_of(sonar, "most"), 2);
+}
+
+TEST(SensorsOfFiles, SatellitesAndBarometersKnowWhereTheWorldIs) {
+  const std::string zurich =
+      "<spherical_coordinates><latitude_deg>47.4</latitude_deg><longitude_deg>8.5</longitude_deg>"
+      "<elevation>500</elevation><heading_deg>90</heading_deg></spherical_coordinates>";
+  const ProgramRecord receiver = program_of("<sensor name='s' type='navsat'/>", zurich);
+  EXPECT_EQ(receiver.kind, "satellite");
+  EXPECT_EQ(number_of(receiver, "latitude"), 47.4);
+  EXPECT_EQ(number_of(receiver, "longitude"), 8.5);
+  EXPECT_EQ(number_of(receiver, "height"), 500);
+  EXPECT_EQ(number_of(receiver, "heading"), -90);
+  EXPECT_EQ(number_of(receiver, "from_x"), 1);
+  EXPECT_EQ(number_of(receiver, "from_z"), 3);
+  const ProgramRecord barometer = program_of(
+      "<sensor name='s' type='air_pressure'><air_pressure><reference_altitude>100</reference_altitude>"
+      "</air_pressure></sensor>");
+  EXPECT_EQ(number_of(barometer, "height"), 103);
+}
+
+TEST(SensorsOfFiles, AMagnetometerHasTheFieldOfItsWorld) {
+  const ProgramRecord magnetometer = program_of("<sensor name='s' type='magnetometer'/>",
+                                                "<magnetic_field>1e-5 2e-5 -3e-5</magnetic_field>");
+  EXPECT_EQ(magnetometer.kind, "magnetometer");
+  EXPECT_EQ(number_of(magnetometer, "field_z"), -3e-5);
+}
+
+TEST(SensorsOfFiles, ForceAndTorqueAreMeasuredInTheChild) {
+  const LoadedWorld loaded = load(world(
+      "<model name='m'><link name='a'>" + kUnitBox + "</link><link name='b'><pose>0 0 2 0 0 0</pose>" +
+      kUnitBox +
+      "</link><joint name='j' type='revolute'><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz></axis>"
+      "<sensor name='wrist' type='force_torque'><force_torque><measure_direction>parent_to_child"
+      "</measure_direction></force_torque></sensor></joint></model>"));
+  const ProgramRecord& load = loaded.world.bodies.at(1).programs.at(0);
+  EXPECT_EQ(load.kind, "load");
+  EXPECT_EQ(load.name, "wrist");
+  EXPECT_EQ(number_of(load, "joint"), 1);
+  EXPECT_EQ(number_of(load, "frame"), 1);
+  EXPECT_EQ(number_of(load, "direction"), 1);
+}
+
+TEST(SensorsOfFiles, WhatIsNotMeasuredIsNamed) {
+  const LoadedWorld loaded = load_sensor(
+      "<sensor name='eye' type='camera'/><sensor name='s' type='altimeter'><altimeter><vertical_position>"
+      "<noise "
+      "type='gaussian'><stddev>1</stddev><bias_mean>2</bias_mean></noise></vertical_position></altimeter>"
+      "</sensor>");
+  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> camera skipped"));
+  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> altimeter is the program altimeter"));
+  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> altimeter: <bias_mean> of noise not simulated"));
+}
+
+TEST(SensorsOfFiles, OneWithANumberOutOfBoundsIsLeftOut) {
+  const LoadedWorld loaded =
+      load_sensor("<sensor name='s' type='ray'><ray><range><max>-3</max></range></ray></sensor>");
+  EXPECT_THAT(loaded.world.bodies.at(0).programs, IsEmpty());
+  EXPECT_THAT(loaded.repairs, Contains(HasSubstr("<sensor> ray, left out: most = -3 m must be")));
+}
+
+TEST(SensorsOfFiles, OnesThatNeverMoveAreLeftOut) {
+  const LoadedWorld loaded =
+      load(world(model("m", "<static>true</static>", kUnitBox + "<sensor name='s' type='imu'/>")));
+  EXPECT_THAT(loaded.world.bodies.at(0).programs, IsEmpty());
+  EXPECT_THAT(loaded.notices,
+              Contains(HasSubstr("program of a sensor or system on a link that does not move")));
+}
+
+TEST(SensorsOfFiles, ThoseOfAUrdfLinkOnAFixedJointAreWhereTheyWere) {
+  const Folder folder;
+  const LoadedWorld loaded =
+      load_world_file(
+          folder.write(
+              "robot.urdf",
+              "<robot name='r'><link name='base'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' "
+              "ixy='0' ixz='0' iyz='0'/></inertial><collision><geometry><box size='1 1 1'/></geometry>"
+              "</collision></link><link name='mast'/><joint name='j' type='fixed'><parent link='base'/>"
+              "<child link='mast'/><origin xyz='0 0 0.5' rpy='0 0 0'/></joint><gazebo reference='mast'>"
+              "<sensor name='top' type='ray'><pose>0.1 0 0 0 0 0</pose></sensor></gazebo></robot>") /
+          "robot.urdf")
+          .value();
+  ASSERT_EQ(loaded.world.bodies.size(), 1u);
+  const ProgramRecord& lidar = loaded.world.bodies[0].programs.at(0);
+  EXPECT_EQ(lidar.name, "top");
+  EXPECT_EQ(number_of(lidar, "x"), 0.1);
+  EXPECT_EQ(number_of(lidar, "z"), 0.5);
+}
+
+}  // namespace
+}  // namespace tessera

@@ -1,0 +1,202 @@
+// Gazebo's systems in world files as programs and drives.
+#include "worlds/gazebo/systems.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <string>
+
+#include "lpss/programs/registry.h"
+#include "worlds/loader/world_text_for_tests.h"
+
+namespace tessera {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string wheel(const std::string& name, const std::string& pose) {
+  return "<link name='" + name + "'><pose>" + pose + "</pose>" +
+         collision("<cylinder><radius>0.2</radius><length>0.1</length></cylinder>") + "</link>";
+}
+
+std::string hinge(const std::string& name, const std::string& child, const std::string& parent = "base") {
+  return "<joint name='" + name + "' type='revolute'><parent>" + parent + "</parent><child>" + child +
+         "</child><axis><xyz>0 0 1</xyz></axis></joint>";
+}
+
+std::string cart(const std::string& plugin) {
+  return world("<model name='cart'><link name='base'>" + kUnitBox + "</link>" + wheel("l", "0 0.7 0 0 0 0") +
+               wheel("r", "0 -0.7 0 0 0 0") + hinge("left", "l") + hinge("right", "r") + plugin + "</model>");
+}
+
+const std::vector<ProgramRecord>& programs_of(const LoadedWorld& loaded, std::size_t body) {
+  EXPECT_TRUE(check_programs(loaded.world).ok()) << check_programs(loaded.world);
+  return loaded.world.bodies.at(body).programs;
+}
+
+TEST(SystemsOfFiles, AllSpellingsOfADifferentialDriveAreOne) {
+  for (const char* names : {"filename='gz-sim-diff-drive-system' name='gz::sim::systems::DiffDrive'",
+                            "filename='libignition-gazebo6-diff-drive-system.so' name='d'",
+                            "name='ignition::gazebo::systems::DiffDrive'"}) {
+    const LoadedWorld loaded = load(
+        cart(std::string("<plugin ") + names +
+             "><left_joint>left</left_joint><right_joint>right</right_joint><wheel_separation>1.4"
+             "</wheel_separation><wheel_radius>0.2</wheel_radius><max_velocity>0.5</max_velocity></plugin>"));
+    const ProgramRecord& drive = programs_of(loaded, 0).at(0);
+    EXPECT_EQ(drive.kind, "diff_drive");
+    EXPECT_EQ(number_of(drive, "left"), 1);
+    EXPECT_EQ(number_of(drive, "right"), 2);
+    EXPECT_EQ(number_of(drive, "left_2"), 0);
+    EXPECT_EQ(number_of(drive, "track"), 1.4);
+    EXPECT_EQ(number_of(drive, "radius"), 0.2);
+    EXPECT_EQ(number_of(drive, "speed_max"), 0.5);
+    EXPECT_EQ(number_of(drive, "speed"), 0) << "it stands until it is told to go";
+  }
+}
+
+TEST(SystemsOfFiles, ClassicDrivesHaveTheirDiameterOrMeasureTheirWheels) {
+  const LoadedWorld of_ros = load(cart(
+      "<plugin name='p' filename='libgazebo_ros_diff_drive.so'><leftJoint>left</leftJoint><rightJoint>"
+      "right</rightJoint><wheelSeparation>1.3</wheelSeparation><wheelDiameter>0.3</wheelDiameter></plugin>"));
+  EXPECT_EQ(number_of(programs_of(of_ros, 0).at(0), "radius"), 0.15);
+  EXPECT_EQ(number_of(programs_of(of_ros, 0).at(0), "track"), 1.3);
+  const LoadedWorld measured = load(
+      cart("<plugin name='p' filename='libDiffDrivePlugin.so'><left_joint>left</left_joint><right_joint>right"
+           "</right_joint></plugin>"));
+  EXPECT_EQ(number_of(programs_of(measured, 0).at(0), "radius"), 0.2);
+  EXPECT_EQ(number_of(programs_of(measured, 0).at(0), "track"), 1.4);
+}
+
+TEST(SystemsOfFiles, AJointThatIsNotThereIsNamed) {
+  const LoadedWorld loaded = load(cart(
+      "<plugin name='p' filename='gz-sim-diff-drive-system'><left_joint>lift</left_joint><right_joint>right"
+      "</right_joint></plugin>"));
+  EXPECT_THAT(programs_of(loaded, 0), IsEmpty());
+  EXPECT_THAT(
+      loaded.repairs,
+      Contains(HasSubstr("gz-sim-diff-drive-system, left out: there is no joint 'lift' in its model")));
+}
+
+TEST(SystemsOfFiles, ControllersOfJointsArePrograms) {
+  const LoadedWorld loaded = load(
+      cart("<plugin name='p' filename='gz-sim-joint-position-controller-system'><joint_name>left</joint_name>"
+           "<p_gain>20</p_gain><i_gain>2</i_gain><cmd_max>50</cmd_max><initial_position>0.3</"
+           "initial_position></plugin>"
+           "<plugin name='q' filename='gz-sim-joint-controller-system'><joint_name>right</joint_name>"
+           "<initial_velocity>5</initial_velocity></plugin>"));
+  const ProgramRecord& pid = programs_of(loaded, 1).at(0);
+  EXPECT_EQ(pid.kind, "pid");
+  EXPECT_EQ(number_of(pid, "joint"), 1);
+  EXPECT_EQ(number_of(pid, "p"), 20);
+  EXPECT_EQ(number_of(pid, "i"), 2);
+  EXPECT_EQ(number_of(pid, "d"), 0.01);
+  EXPECT_EQ(number_of(pid, "effort_max"), 50);
+  EXPECT_EQ(number_of(pid, "set_point"), 0.3);
+  EXPECT_EQ(loaded.world.joints.at(1).drives[0].mode, DriveMode::kVelocity);
+  EXPECT_EQ(loaded.world.joints.at(1).drives[0].target, 5);
+}
+
+TEST(SystemsOfFiles, TwoJointsOfAModelEachHaveTheirOwnGains) {
+  const LoadedWorld loaded = load(cart(
+      "<plugin name='p' filename='gz-sim-joint-trajectory-controller-system'><joint_name>left</joint_name>"
+      "<joint_name>right</joint_name><position_p_gain>10</position_p_gain><position_p_gain>20"
+      "</position_p_gain></plugin>"));
+  EXPECT_EQ(number_of(programs_of(loaded, 1).at(0), "p"), 10);
+  EXPECT_EQ(number_of(programs_of(loaded, 2).at(0), "p"), 20);
+}
+
+TEST(SystemsOfFiles, AMimicPluginIsAMimic) {
+  const LoadedWorld loaded = load(
+      cart("<plugin name='p' filename='libroboticsgroup_gazebo_mimic_joint_plugin.so'><joint>left</joint>"
+           "<mimicJoint>right</mimicJoint><multiplier>-1</multiplier></plugin>"));
+  EXPECT_EQ(loaded.world.joints.at(1).properties.axes[0].mimic.leader.value, 1u);
+  EXPECT_EQ(loaded.world.joints.at(1).properties.axes[0].mimic.multiplier, -1);
+}
+
+TEST(SystemsOfFiles, ARotorPushesAlongItsAxis) {
+  const LoadedWorld loaded = load(cart(
+      "<plugin name='p' filename='gz-sim-multicopter-motor-model-system'><jointName>left</jointName>"
+      "<linkName>l</linkName><turningDirection>ccw</turningDirection><maxRotVelocity>1000</maxRotVelocity>"
+      "<motorConstant>1e-5</motorConstant><momentConstant>0.02</momentConstant></plugin>"));
+  const ProgramRecord& rotor = programs_of(loaded, 1).at(0);
+  EXPECT_EQ(rotor.kind, "thruster");
+  EXPECT_NEAR(number_of(rotor, "force"), 10, 1e-12);
+  EXPECT_EQ(number_of(rotor, "reaction"), -0.02);
+  EXPECT_EQ(number_of(rotor, "rise"), std::numbers::pi / 2);
+}
+
+TEST(SystemsOfFiles, AWingHasNoLiftWhereGazeboHasNone) {
+  const LoadedWorld loaded =
+      load(cart("<plugin name='p' "
+                "filename='libLiftDragPlugin.so'><link_name>base</link_name><a0>0.05</a0><cla>4.75</cla>"
+                "<cda>0.64</cda><alpha_stall>0.3</alpha_stall><cp>-0.1 0.4 0</cp><area>0.6</area><upward>0 "
+                "-1 0</upward>"
+                "</plugin>"));
+  const ProgramRecord& wing = programs_of(loaded, 0).at(0);
+  EXPECT_EQ(number_of(wing, "zero_lift"), -0.05);
+  EXPECT_EQ(number_of(wing, "y"), 0.4);
+  EXPECT_NEAR(number_of(wing, "roll"), std::numbers::pi / 2, 1e-15);
+  // At the angle of stall, the drag is Gazebo's.
+  const double lift = 4.75 * 0.3;
+  EXPECT_NEAR(number_of(wing, "induced") * lift * lift, 0.64 * 0.3, 1e-15);
+}
+
+TEST(SystemsOfFiles, WhatTesseraDoesOfItselfIsNoNews) {
+  const LoadedWorld loaded =
+      load(world("<plugin filename='gz-sim-physics-system' name='gz::sim::systems::Physics'/>"
+                 "<plugin filename='ignition-gazebo-buoyancy-system' name='b'/>" +
+                 model("m",
+                       "<plugin filename='gz-sim-joint-state-publisher-system' name='j'/>"
+                       "<plugin filename='libmine.so' name='x'/>")));
+  EXPECT_THAT(loaded.notices, testing::UnorderedElementsAre(
+                                  "1 x <plugin> ignition-gazebo-buoyancy-system skipped: it would have let "
+                                  "bodies float: see the program floater",
+                                  "1 x <plugin> libmine.so skipped"));
+}
+
+TEST(SystemsOfFiles, PluginsOfAnIncludeAreForItsModelAlone) {
+  const Folder folder;
+  folder.write("m.sdf", model_file(model("m", "")));
+  const LoadedWorld loaded = load(world("<include><uri>m.sdf</uri><name>a</name><plugin name='p' "
+                                        "filename='gz-sim-odometry-publisher-system'/>"
+                                        "</include><include><uri>m.sdf</uri><name>b</name></include>"),
+                                  folder);
+  EXPECT_EQ(programs_of(loaded, 0).at(0).kind, "pose");
+  EXPECT_THAT(programs_of(loaded, 1), IsEmpty());
+}
+
+TEST(SystemsOfFiles, JointsOfRosControlHoldWhereTheyAre) {
+  const Folder folder;
+  const auto robot = [](const std::string& control) {
+    return "<robot name='r'><link name='base'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' "
+           "ixy='0' "
+           "ixz='0' iyz='0'/></inertial></link><link name='arm'><inertial><mass value='1'/><inertia ixx='1' "
+           "iyy='1' "
+           "izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j' type='continuous'><parent "
+           "link='base'/><child link='arm'/><axis xyz='0 1 0'/></joint>" +
+           control + "</robot>";
+  };
+  const auto drive_of = [&](const std::string& control) {
+    const std::filesystem::path file = folder.write("r.urdf", robot(control)) / "r.urdf";
+    return load_world_file(file).value().world.joints.at(0).drives[0];
+  };
+  const std::string plugin = "<gazebo><plugin name='c' filename='libgazebo_ros_control.so'/></gazebo>";
+  const std::string transmission =
+      "<transmission name='t'><joint name='j'><hardwareInterface>hardware_interface/PositionJointInterface"
+      "</hardwareInterface></joint></transmission>";
+  EXPECT_EQ(drive_of(plugin + transmission).mode, DriveMode::kPosition);
+  EXPECT_EQ(drive_of(transmission).mode, DriveMode::kFree) << "nobody commands it";
+  const JointDrive drive = drive_of(
+      "<gazebo><plugin name='c' filename='gz_ros2_control-system'/></gazebo><ros2_control name='s' "
+      "type='system'>"
+      "<joint name='j'><command_interface name='position'/><state_interface name='position'><param "
+      "name='initial_value'>0.4</param></state_interface></joint></ros2_control>");
+  EXPECT_EQ(drive.mode, DriveMode::kPosition);
+  EXPECT_EQ(drive.target, 0.4);
+}
+
+}  // namespace
+}  // namespace tessera
