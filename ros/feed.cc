@@ -16,8 +16,19 @@ constexpr absl::Duration kTimeout = absl::Seconds(5);
 constexpr std::uint64_t kFramesAsked = 100'000;  // the coordinator's maximum
 constexpr std::chrono::seconds kRepeatAfter{1};  // all transforms, for late joiners
 
-void warn(const absl::Status& status) {
-  if (!status.ok()) log_warning(status.message());
+// Of programs, a frame tells those that have changed.
+void add_changes(ProgramFrame& kept, ProgramFrame next) {
+  kept.tick = next.tick;
+  for (ProgramSample& sample : next.programs) {
+    const auto same = std::ranges::find_if(kept.programs, [&](const ProgramSample& other) {
+      return other.body == sample.body && other.program == sample.program;
+    });
+    if (same == kept.programs.end()) {
+      kept.programs.push_back(std::move(sample));
+    } else {
+      *same = std::move(sample);
+    }
+  }
 }
 
 // Why there is nothing to publish; empty if there is something.
@@ -29,12 +40,13 @@ std::string obstacle_in(const live::ClusterReport& report) {
 
 }  // namespace
 
-Feed::Feed(Client& client, Publisher& publisher, const FeedOptions& options)
+Feed::Feed(Client& client, Node& node, Publisher publisher, const FeedOptions& options)
     : client_(client),
       publisher_(publisher),
       options_(options),
       period_(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / options.rate))),
       catalogue_(client),
+      robots_(node, options.root, [this] { notify(); }),
       monitor_(client, kStatusPeriod,
                [this](std::shared_ptr<const live::ClusterReport> report) {
                  const std::lock_guard lock(mutex_);
@@ -42,6 +54,11 @@ Feed::Feed(Client& client, Publisher& publisher, const FeedOptions& options)
                  changed_.notify_all();
                }),
       thread_([this] { run(); }) {}
+
+void Feed::notify() {
+  const std::lock_guard lock(mutex_);
+  changed_.notify_all();
+}
 
 Feed::~Feed() {
   {
@@ -58,12 +75,13 @@ void Feed::run() {
     const std::shared_ptr<const live::ClusterReport> report = std::exchange(news_, nullptr);
     lock.unlock();
     if (report) hear(*report);
+    if (robots_.is_commanded()) robots_.carry_out(client_);
     const Clock::time_point now = Clock::now();
     if (now >= next_publication_) publish(now);
     lock.lock();
     const bool may_publish = now >= next_publication_;
     changed_.wait_until(lock, may_publish ? next_repetition_ : next_publication_, [&] {
-      return closing_ || news_ || (may_publish && bodies_ && bodies_->has_frame());
+      return closing_ || news_ || robots_.is_commanded() || (may_publish && bodies_ && bodies_->has_frame());
     });
   }
 }
@@ -74,6 +92,8 @@ void Feed::hear(const live::ClusterReport& report) {
   obstacle_ = obstacle;
   if (!report.is_live()) {
     bodies_.reset();
+    programs_.reset();
+    joints_.reset();
     frame_.reset();
     return;
   }
@@ -99,11 +119,11 @@ void Feed::enter(const live::ClusterReport& report) {
   ids_.clear();
   filter_ = {.every_ticks = 0};
   frame_.reset();
-  transforms_.emplace(options_.frame, sector_, settings);
-  bodies_.emplace([this] {
-    const std::lock_guard lock(mutex_);
-    changed_.notify_all();
-  });
+  transforms_.emplace(options_.frame, sector_, settings, options_.root);
+  robots_.forget();
+  bodies_.emplace([this] { notify(); });
+  programs_.emplace([] {}, add_changes);
+  joints_.emplace([] {});
   log_info(absl::StrCat("world ", report.cluster.world, ": ", options_.frame, " is the centre of sector ",
                         to_string(sector_)));
 }
@@ -132,11 +152,19 @@ absl::Status Feed::look_up(Tick tick) {
     transforms_->name(sample.id, name);
     chosen.bodies.push_back(sample);
   }
+  std::vector<std::string> models;
+  for (const std::string& name : options_.bodies) models.push_back(model_of(name));
+  if (absl::Status status = robots_.learn(client_, models, kTimeout); !status.ok()) return status;
+  watch_robots();
   const absl::StatusOr<std::vector<TransformStamped>> frames = look_up_frames(tick);
   if (!frames.ok()) return frames.status();
-  std::vector<TransformStamped> transforms = transforms_->all(chosen);
-  transforms.insert(transforms.end(), frames->begin(), frames->end());
   ids_ = std::move(ids);
+  if (options_.transforms == Told::kNothing) return absl::OkStatus();
+  std::vector<TransformStamped> transforms = *frames;
+  if (options_.transforms == Told::kBodies) {
+    const std::vector<TransformStamped> statics = transforms_->all(chosen);
+    transforms.insert(transforms.end(), statics.begin(), statics.end());
+  }
   return publisher_.publish_static_transforms(transforms);
 }
 
@@ -154,6 +182,8 @@ absl::StatusOr<std::vector<TransformStamped>> Feed::look_up_frames(Tick tick) {
     if (names.empty() || std::find(names.begin(), names.end(), frame.body_name) != names.end())
       chosen.push_back(frame);
   }
+  const std::vector<FoundFrame> sensors = robots_.frames();
+  chosen.insert(chosen.end(), sensors.begin(), sensors.end());
   return transforms_->fixed(chosen, tick);
 }
 
@@ -172,6 +202,16 @@ void Feed::watch(std::uint32_t every_ticks) {
   bodies_->watch([this, filter = filter_] { return client_.watch_bodies(filter, kTimeout); });
 }
 
+void Feed::watch_robots() {
+  if (robots_.measures()) {
+    programs_->watch([this] { return client_.watch_programs({}, kTimeout); });
+  } else {
+    programs_->watch({});
+  }
+  if (robots_.joints().empty()) return joints_->watch({});
+  joints_->watch([this, joints = robots_.joints()] { return client_.watch_joints(joints, 1, kTimeout); });
+}
+
 void Feed::publish(Clock::time_point now) {
   std::optional<BodyFrame> news = bodies_ ? bodies_->take() : std::nullopt;
   const bool is_repetition = now >= next_repetition_;
@@ -180,10 +220,18 @@ void Feed::publish(Clock::time_point now) {
   next_publication_ = now + period_;
   if (news) frame_ = std::move(news);
   introduce(*frame_);
-  std::vector<TransformStamped> transforms = transforms_->changed(*frame_);
-  if (is_repetition) transforms = transforms_->all(*frame_);
-  // Transforms first, then the clock: once a time is published, its transforms are available.
+  if (std::optional<ProgramFrame> measured = programs_->take()) robots_.take(*std::move(measured));
+  if (std::optional<JointFrame> joints = joints_->take()) robots_.take(*std::move(joints));
+  std::vector<TransformStamped> transforms;
+  if (options_.transforms == Told::kBodies) {
+    transforms = transforms_->changed(*frame_);
+    if (is_repetition) transforms = transforms_->all(*frame_);
+  } else if (options_.transforms == Told::kWays) {
+    transforms = robots_.ways(frame_->tick, time_step_);
+  }
+  // The clock last: once a time is published, its transforms and measurements are available.
   if (!transforms.empty()) warn(publisher_.publish_transforms(transforms));
+  robots_.publish(frame_->tick, time_step_);
   warn(publisher_.publish_clock(time_at(frame_->tick, time_step_)));
 }
 

@@ -14,11 +14,20 @@
 #include "client_sdk/live/body_catalogue.h"
 #include "client_sdk/live/cluster_monitor.h"
 #include "client_sdk/live/latest_frame.h"
+#include "ros/node.h"
 #include "ros/publisher.h"
+#include "ros/robots.h"
 #include "ros/transforms.h"
 #include "tessera/client.h"
 
 namespace tessera::ros {
+
+// What /tf tells.
+enum class Told {
+  kBodies,  // all bodies, in one frame
+  kWays,    // where robots are by their wheels, for a robot_state_publisher that tells the rest
+  kNothing,
+};
 
 struct FeedOptions {
   std::string frame = "tessera";      // the parent of all other frames
@@ -26,11 +35,14 @@ struct FeedOptions {
   double reach = 100;                 // m; bodies within this distance of the centre along each axis
   std::vector<std::string> bodies;    // if not empty: these instead, wherever they are
   double rate = 60;                   // publications per second of wall time, at most
+  std::string root;                   // a model whose topics and frames are without its name; empty: none
+  Told transforms = Told::kBodies;
 };
 
 class Feed {
  public:
-  Feed(Client& client, Publisher& publisher, const FeedOptions& options);
+  // `node` must live longer.
+  Feed(Client& client, Node& node, Publisher publisher, const FeedOptions& options);
   ~Feed();
 
  private:
@@ -45,11 +57,13 @@ class Feed {
   absl::StatusOr<std::vector<TransformStamped>> look_up_frames(Tick tick);
   bool is_chosen(const std::string& name, const WorldPosition& position) const;
   void watch(std::uint32_t every_ticks);
+  void watch_robots();
+  void notify();
   void publish(Clock::time_point now);
   void introduce(const BodyFrame& frame);
 
   Client& client_;
-  Publisher& publisher_;
+  Publisher publisher_;
   const FeedOptions options_;
   const Clock::duration period_;
 
@@ -72,7 +86,10 @@ class Feed {
   std::optional<BodyFrame> frame_;  // the newest
   Clock::time_point next_publication_{};
   Clock::time_point next_repetition_{};
+  Robots robots_;
   std::optional<live::LatestFrame<BodyFrame>> bodies_;
+  std::optional<live::LatestFrame<ProgramFrame>> programs_;
+  std::optional<live::LatestFrame<JointFrame>> joints_;
 
   live::ClusterMonitor monitor_;
   std::thread thread_;

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
+#include <map>
 #include <string>
 
 #include "client_sdk/arguments/parse.h"
@@ -39,16 +40,22 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--bodies", feed.bodies, "NAME,NAME,...: publish these bodies instead, wherever they are")
       ->delimiter(',')
       ->excludes(reach);
+  app.add_option("--root", feed.root, "MODEL: its topics and frames are without its name: /scan, base_link");
+  app.add_option("--tf", feed.transforms, "What /tf tells: bodies, odom (from odom to the robot) or none")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Told>{
+          {"bodies", Told::kBodies}, {"odom", Told::kWays}, {"none", Told::kNothing}}));
   app.add_option("--rate", feed.rate, "Maximum number of publications per second of wall time")
       ->check(number_within(0.1, 1000.0))
       ->capture_default_str();
 }
 
 absl::Status serve(const Arguments& arguments, Client& client, const std::function<void()>& wait) {
-  const absl::StatusOr<std::unique_ptr<Publisher>> publisher = Publisher::open(arguments.domain);
+  const absl::StatusOr<std::unique_ptr<Node>> node = Node::open(arguments.domain);
+  if (!node.ok()) return node.status();
+  const absl::StatusOr<Publisher> publisher = Publisher::open(**node);
   if (!publisher.ok()) return publisher.status();
-  const Feed feed(client, **publisher, arguments.feed);
-  std::printf("publishing /clock, /tf and /tf_static in ROS domain %u\n", arguments.domain);
+  const Feed feed(client, **node, *publisher, arguments.feed);
+  std::printf("publishing /clock, /tf, /tf_static, sensors and joints in ROS domain %u\n", arguments.domain);
   std::fflush(stdout);
   wait();
   return absl::OkStatus();
@@ -60,8 +67,9 @@ absl::Status serve(const Arguments& arguments, Client& client, const std::functi
 int main(int argc, char** argv) {
   using namespace tessera;
   ros::Arguments arguments;
-  CLI::App app("Publishes the time and the bodies of a cluster as /clock, /tf and /tf_static of ROS 2.",
-               "tessera-ros");
+  CLI::App app(
+      "Publishes the time, bodies, sensors and joints of a cluster to ROS 2, and takes its commands.",
+      "tessera-ros");
   app.footer("Example: tessera-ros --connect 127.0.0.1:7300 --sector 2^62,0,0 --reach 50");
   ros::add_options(app, arguments);
   return live::run_client(

@@ -4,10 +4,9 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
-#include <cstdint>
-#include <memory>
 #include <vector>
 
+#include "ros/node.h"
 #include "ros/transforms.h"
 
 namespace tessera::ros {
@@ -16,10 +15,8 @@ namespace tessera::ros {
 // is full.
 class Publisher {
  public:
-  // `domain` is what ROS calls its domain id. As in a node, Cyclone DDS takes its network from
-  // CYCLONEDDS_URI, or chooses itself. INTERNAL if it finds no usable network.
-  static absl::StatusOr<std::unique_ptr<Publisher>> open(std::uint32_t domain);
-  ~Publisher();
+  // `node` must live longer.
+  static absl::StatusOr<Publisher> open(Node& node);
 
   absl::Status publish_clock(const Time& time);
   absl::Status publish_transforms(const std::vector<TransformStamped>& transforms);
@@ -27,12 +24,11 @@ class Publisher {
   absl::Status publish_static_transforms(const std::vector<TransformStamped>& transforms);
 
  private:
-  explicit Publisher(std::int32_t participant) : participant_(participant) {}
+  Publisher() = default;
 
-  std::int32_t participant_;
-  std::int32_t clock_ = 0;
-  std::int32_t transforms_ = 0;
-  std::int32_t static_transforms_ = 0;
+  dds_entity_t clock_ = 0;
+  dds_entity_t transforms_ = 0;
+  dds_entity_t static_transforms_ = 0;
 };
 
 }  // namespace tessera::ros

@@ -1,41 +1,24 @@
 #include "ros/publisher.h"
 
-#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <unistd.h>
 
 #include <cstdlib>
 
-#include "dds/dds.h"
-#include "dds/ddsi/ddsi_serdata.h"
+#include "ros/received_for_tests.h"
 #include "transport/dds_network.h"
 
 namespace tessera::ros {
 namespace {
 
-// The next message of a topic as received, in hexadecimal digits.
-std::string next_message(dds_entity_t reader) {
-  dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);
-  const dds_entity_t participant = dds_get_participant(reader);
-  const dds_entity_t waitset = dds_create_waitset(participant);
-  dds_waitset_attach(waitset, reader, 0);
-  dds_waitset_wait(waitset, nullptr, 0, DDS_SECS(60));
-  dds_delete(waitset);
-  ddsi_serdata* message = nullptr;
-  dds_sample_info_t info;
-  if (dds_takecdr(reader, &message, 1, &info, DDS_ANY_STATE) != 1) return "";
-  std::string bytes(ddsi_serdata_size(message), '\0');
-  ddsi_serdata_to_ser(message, 0, bytes.size(), bytes.data());
-  ddsi_serdata_unref(message);
-  return absl::BytesToHexString(bytes);
-}
-
 // As ROS 2 encodes it: little-endian CDR, version 1.
 TEST(PublisherTest, MessagesAreThoseOfRosToTheByte) {
   setenv("CYCLONEDDS_URI", dds_configuration({}).c_str(), 1);
   const auto domain = static_cast<std::uint32_t>(getpid() % 100);
-  const std::unique_ptr<Publisher> publisher = Publisher::open(domain).value();
+  const std::unique_ptr<Node> node = Node::open(domain).value();
+  absl::StatusOr<Publisher> publisher = Publisher::open(*node);
+  ASSERT_TRUE(publisher.ok()) << publisher.status();
   const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));

@@ -1,11 +1,15 @@
 #include "ros/transforms.h"
 
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_replace.h>
+#include <absl/strings/strip.h>
 
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
+
+#include "ros/node.h"
 
 namespace tessera::ros {
 namespace {
@@ -15,9 +19,6 @@ constexpr std::int64_t kNanoseconds = 1'000'000'000;
 bool is_at(const WorldPose& a, const WorldPose& b) {
   return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
 }
-
-// DDS only reads what it writes.
-char* text(const std::string& string) { return const_cast<char*>(string.c_str()); }
 
 }  // namespace
 
@@ -31,13 +32,17 @@ Time time_at(Tick tick, double time_step) {
           static_cast<std::uint32_t>(nanoseconds % kNanoseconds)};
 }
 
-std::string frame_name(absl::string_view body_name) { return absl::StrReplaceAll(body_name, {{"::", "/"}}); }
+std::string frame_name(absl::string_view body_name, absl::string_view root) {
+  if (!root.empty()) absl::ConsumePrefix(&body_name, absl::StrCat(root, "::"));
+  return absl::StrReplaceAll(body_name, {{"::", "/"}});
+}
 
-Transforms::Transforms(std::string parent, const SectorIndex& sector, const WorldSettings& settings)
-    : parent_(std::move(parent)), sector_(sector), settings_(settings) {}
+Transforms::Transforms(std::string parent, const SectorIndex& sector, const WorldSettings& settings,
+                       std::string root)
+    : parent_(std::move(parent)), root_(std::move(root)), sector_(sector), settings_(settings) {}
 
 void Transforms::name(BodyId id, absl::string_view body_name) {
-  names_.try_emplace(id, frame_name(body_name));
+  names_.try_emplace(id, frame_name(body_name, root_));
 }
 
 std::vector<TransformStamped> Transforms::all(const BodyFrame& frame) const {
@@ -67,7 +72,7 @@ std::vector<TransformStamped> Transforms::fixed(const std::vector<FoundFrame>& f
   const Time stamp = time_at(tick, settings_.time_step);
   fixed_names_.clear();
   for (const FoundFrame& frame : frames)
-    fixed_names_.emplace_back(frame_name(frame.body_name), frame_name(frame.name));
+    fixed_names_.emplace_back(frame_name(frame.body_name, root_), frame_name(frame.name, root_));
   std::vector<TransformStamped> transforms;
   for (std::size_t n = 0; n < frames.size(); ++n) {
     const auto& [parent, child] = fixed_names_[n];

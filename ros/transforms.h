@@ -23,14 +23,15 @@ using TransformStamped = geometry_msgs_msg_dds__TransformStamped_;
 // in 32 bits: the time stops at 2^31 s.
 Time time_at(Tick tick, double time_step);
 
-// "tower/box" for the body "tower::box".
-std::string frame_name(absl::string_view body_name);
+// "tower/box" for the body "tower::box"; "box" where the model "tower" is the `root`.
+std::string frame_name(absl::string_view body_name, absl::string_view root = "");
 
 // The transforms of frames of one world. They refer to names in this object, and are valid while it lives.
 class Transforms {
  public:
-  // `parent` is the centre of `sector`, with the world's axes.
-  Transforms(std::string parent, const SectorIndex& sector, const WorldSettings& settings);
+  // `parent` is the centre of `sector`, with the world's axes. Names are as frame_name() has them.
+  Transforms(std::string parent, const SectorIndex& sector, const WorldSettings& settings,
+             std::string root = "");
 
   void name(BodyId id, absl::string_view body_name);
   bool has_name(BodyId id) const { return names_.contains(id); }
@@ -50,6 +51,7 @@ class Transforms {
   TransformStamped transform(const BodySample& body, const Time& stamp) const;
 
   std::string parent_;
+  std::string root_;
   SectorIndex sector_;
   WorldSettings settings_;
   absl::node_hash_map<BodyId, std::string> names_;

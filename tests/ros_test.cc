@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <utility>
 
 #include "dds/dds.h"
@@ -105,6 +106,26 @@ class RosTest : public ::testing::Test {
     return content;
   }
 
+  dds_entity_t write_to(const dds_topic_descriptor_t& type, const char* topic) const {
+    dds_qos_t* const qos = dds_create_qos();
+    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+    const dds_entity_t writer = dds_create_writer(
+        participant_, dds_create_topic(participant_, &type, topic, nullptr, nullptr), qos, nullptr);
+    dds_delete_qos(qos);
+    EXPECT_GT(writer, 0);
+    return writer;
+  }
+
+  // Whether somebody subscribes to what a writer writes.
+  bool await_reader(dds_entity_t writer) const {
+    dds_set_status_mask(writer, DDS_PUBLICATION_MATCHED_STATUS);
+    const dds_entity_t waitset = dds_create_waitset(participant_);
+    dds_waitset_attach(waitset, writer, 0);
+    const bool is_there = dds_waitset_wait(waitset, nullptr, 0, absl::ToInt64Nanoseconds(kPatience)) > 0;
+    dds_delete(waitset);
+    return is_there;
+  }
+
   const std::uint32_t domain_ = static_cast<std::uint32_t>(getpid() % 100);
   dds_entity_t participant_ = 0;
 };
@@ -150,6 +171,184 @@ TEST_F(RosTest, BodiesFarAwayAreNearTheirSectorAndWhereTheStreamSays) {
   EXPECT_TRUE(await<TransformMessage>(read_static_transforms(), [](const TransformMessage& message) {
     return children(message) == std::set<std::string>{"ground", "tower/tool"};
   })) << ros.output();
+}
+
+// The numbers of a program, as a client asks for them.
+FoundProgram program_of(Client& client, const std::string& body, const std::string& kind) {
+  QueryList queries;
+  const auto programs = queries.programs({.prefix = body});
+  const absl::StatusOr<Answers> answers = client.ask(queries, kPatience);
+  EXPECT_THAT(answers.status(), IsOk());
+  for (const FoundProgram& program : (*answers)[programs].programs) {
+    if (program.kind == kind) return program;
+  }
+  ADD_FAILURE() << body << " has no " << kind;
+  return {};
+}
+
+double number_of(const std::vector<NamedNumber>& numbers, const std::string& name) {
+  for (const NamedNumber& number : numbers) {
+    if (number.name == name) return number.value;
+  }
+  ADD_FAILURE() << "there is no " << name;
+  return 0;
+}
+
+TEST_F(RosTest, ARobotTellsWhatItMeasuresAndGoesWhereItIsTold) {
+  const Cluster cluster = start_cluster(2);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(read_world("rover.sdf")).status(), IsOk());
+  const auto reliable = [&](const dds_topic_descriptor_t& type, const char* topic) {
+    return read(type, topic, DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_VOLATILE);
+  };
+  const dds_entity_t scans = reliable(sensor_msgs_msg_dds__LaserScan__desc, "rt/robot/scan");
+  const dds_entity_t states = reliable(sensor_msgs_msg_dds__JointState__desc, "rt/robot/joint_states");
+  const dds_entity_t ways = reliable(nav_msgs_msg_dds__Odometry__desc, "rt/robot/odom");
+  const Process ros("tessera-ros", {"--connect", cluster.processes->address(), "--rate", "1000"});
+
+  // Of a world that stands still, all is told again and again.
+  ASSERT_THAT(client.step(kTicks, kPatience).status(), IsOk());
+  const FoundProgram ranger = program_of(client, "robot::hull", "ranger");
+  const std::pair<std::int32_t, std::uint32_t> now = count(ros::time_at(kTicks, 1.0 / 60));
+  EXPECT_TRUE(await<sensor_msgs_msg_dds__LaserScan_>(scans, [&](const auto& scan) {
+    if (count(scan.header.stamp) != now) return false;
+    EXPECT_STREQ(scan.header.frame_id, "robot/hull/scan");
+    EXPECT_FLOAT_EQ(scan.angle_min, -1.5);
+    EXPECT_FLOAT_EQ(scan.angle_increment, 0.2);
+    EXPECT_EQ(scan.ranges._length, 16u);
+    for (std::uint32_t n = 0; n < scan.ranges._length; ++n) {
+      const double range = number_of(ranger.values, absl::StrCat("range_", n));
+      EXPECT_EQ(scan.ranges._buffer[n],
+                range < 30 ? static_cast<float>(range) : std::numeric_limits<float>::infinity());
+    }
+    return true;
+  })) << ros.output();
+  EXPECT_TRUE(await<sensor_msgs_msg_dds__JointState_>(states, [](const auto& state) {
+    EXPECT_EQ(state.name._length, 2u);
+    EXPECT_EQ(state.position._length, 2u);
+    EXPECT_STREQ(state.name._buffer[0], "left_motor");
+    return true;
+  })) << ros.output();
+  EXPECT_TRUE(await<TransformMessage>(read_static_transforms(), [](const TransformMessage& message) {
+    return children(message).contains("robot/hull/scan");
+  })) << ros.output();
+
+  const dds_entity_t topic = dds_create_topic(participant_, &geometry_msgs_msg_dds__Twist__desc,
+                                              "rt/robot/cmd_vel", nullptr, nullptr);
+  dds_qos_t* const qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
+  const dds_entity_t velocity = dds_create_writer(participant_, topic, qos, nullptr);
+  dds_delete_qos(qos);
+  ASSERT_TRUE(await_reader(velocity)) << ros.output();
+  geometry_msgs_msg_dds__Twist_ twist{};
+  twist.linear.x = 0.25;
+  twist.angular.z = -0.5;
+  ASSERT_EQ(dds_write(velocity, &twist), 0);
+  ASSERT_THAT(client.resume().status(), IsOk());
+  EXPECT_TRUE(await<nav_msgs_msg_dds__Odometry_>(ways, [&](const auto& way) {
+    EXPECT_STREQ(way.header.frame_id, "robot/odom");
+    EXPECT_STREQ(way.child_frame_id, "robot/hull");
+    return way.twist.twist.linear.x == twist.linear.x && way.twist.twist.angular.z == twist.angular.z;
+  })) << ros.output();
+}
+
+// The robot of a Gazebo file drives on, and measures, over the loss of a server.
+TEST_F(RosTest, ARobotIsDrivenThroughAHouseWhileAServerIsLost) {
+  const Cluster cluster = start_cluster(2, {.checkpoint_every = absl::Milliseconds(100)});
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(read_world("house.sdf")).status(), IsOk());
+  const dds_entity_t ways = read(nav_msgs_msg_dds__Odometry__desc, "rt/burger/odom", DDS_RELIABILITY_RELIABLE,
+                                 DDS_DURABILITY_VOLATILE);
+  const dds_entity_t scans = read(sensor_msgs_msg_dds__LaserScan__desc, "rt/burger/scan",
+                                  DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_VOLATILE);
+  const Process ros("tessera-ros", {"--connect", cluster.processes->address(), "--rate", "1000"});
+  const dds_entity_t velocity = write_to(geometry_msgs_msg_dds__Twist__desc, "rt/burger/cmd_vel");
+  ASSERT_TRUE(await_reader(velocity)) << ros.output();
+  geometry_msgs_msg_dds__Twist_ twist{};
+  twist.linear.x = 0.4;
+  ASSERT_EQ(dds_write(velocity, &twist), 0);
+  ASSERT_THAT(client.resume().status(), IsOk());
+  std::pair<std::int32_t, std::uint32_t> last{};
+  double way = 0;
+  const auto has_gone = [&](double far) {
+    return await<nav_msgs_msg_dds__Odometry_>(ways, [&](const auto& message) {
+      EXPECT_GE(count(message.header.stamp), last) << "time does not go back";
+      EXPECT_GT(message.pose.pose.position.x, way - 0.05) << "it goes on from where it was";
+      last = count(message.header.stamp);
+      way = message.pose.pose.position.x;
+      return way > far;
+    });
+  };
+  ASSERT_TRUE(has_gone(0.2)) << ros.output();
+  ASSERT_EQ(kill(cluster.processes->server(0), SIGKILL), 0);
+  ASSERT_THAT(cluster.processes->replace_server(0), IsOk());
+  ASSERT_TRUE(has_gone(0.8)) << ros.output();
+  const std::pair<std::int32_t, std::uint32_t> now = last;
+  EXPECT_TRUE(await<sensor_msgs_msg_dds__LaserScan_>(scans, [&](const auto& scan) {
+    EXPECT_EQ(scan.ranges._length, 180u);
+    return count(scan.header.stamp) >= now;
+  })) << ros.output();
+}
+
+TEST_F(RosTest, ARobotThatIsTheRootHasTheNamesOfItsStack) {
+  const Cluster cluster = start_cluster(1);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(read_world("house.sdf")).status(), IsOk());
+  const auto reliable = [&](const dds_topic_descriptor_t& type, const char* topic) {
+    return read(type, topic, DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_VOLATILE);
+  };
+  const dds_entity_t scans = reliable(sensor_msgs_msg_dds__LaserScan__desc, "rt/scan");
+  const dds_entity_t transforms = read_transforms();
+  const Process ros("tessera-ros",
+                    {"--connect", cluster.processes->address(), "--root", "burger", "--tf", "odom"});
+  ASSERT_THAT(client.resume().status(), IsOk());
+  EXPECT_TRUE(await<sensor_msgs_msg_dds__LaserScan_>(scans, [](const auto& scan) {
+    EXPECT_STREQ(scan.header.frame_id, "base_link/scan");
+    return true;
+  })) << ros.output();
+  EXPECT_TRUE(await<TransformMessage>(transforms, [](const TransformMessage& message) {
+    EXPECT_EQ(children(message), std::set<std::string>{"base_link"});
+    EXPECT_STREQ(message.transforms._buffer[0].header.frame_id, "odom");
+    return true;
+  })) << ros.output();
+}
+
+TEST_F(RosTest, JointsGoWhereTheyAreCommanded) {
+  const Cluster cluster = start_cluster(1);
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(read_world("rover.sdf")).status(), IsOk());
+  const Process ros("tessera-ros",
+                    {"--connect", cluster.processes->address(), "--rate", "1000", "--bodies", "arm::upper"});
+  const dds_entity_t commands = write_to(sensor_msgs_msg_dds__JointState__desc, "rt/arm/joint_command");
+  ASSERT_TRUE(await_reader(commands)) << ros.output();
+  std::array<char, 8> elbow = {"elbow"};
+  std::array<char*, 1> names = {elbow.data()};
+  std::array<double, 1> positions = {0.25};
+  sensor_msgs_msg_dds__JointState_ message{};
+  std::array<char, 1> no_frame = {""};
+  message.header.frame_id = no_frame.data();
+  message.name = {1, 1, names.data(), false};
+  message.position = {1, 1, positions.data(), false};
+  ASSERT_EQ(dds_write(commands, &message), 0);
+  ASSERT_THAT(client.resume().status(), IsOk());
+  // Its controller has a new set point.
+  const absl::Time deadline = absl::Now() + kPatience;
+  double set_point = 0;
+  const std::unique_ptr<ProgramStream> stream = client.watch_programs({.kind = "pid"}, kPatience).value();
+  while (set_point != 0.25 && absl::Now() < deadline) {
+    ASSERT_THAT(stream->next(kPatience).status(), IsOk());
+    QueryList queries;
+    const auto programs = queries.programs({.prefix = "arm::column"});
+    const absl::StatusOr<Answers> answers = client.ask(queries, kPatience);
+    ASSERT_THAT(answers.status(), IsOk());
+    set_point = number_of((*answers)[programs].programs.at(2).inputs, "set_point");
+  }
+  EXPECT_EQ(set_point, 0.25) << ros.output();
 }
 
 TEST_F(RosTest, ClockGoesOnAndBeginsAgainWithTheWorld) {

@@ -1,5 +1,5 @@
 // A stream of the cluster of which only the newest frame counts: a slow reader misses frames and never gets
-// old ones.
+// old ones. Frames that tell only what has changed are merged.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -22,9 +22,13 @@ class LatestFrame {
  public:
   using Open = std::function<absl::StatusOr<std::unique_ptr<Stream<Frame>>>()>;
 
-  // `on_change` is called, on a thread of its own, when there is a new frame.
-  explicit LatestFrame(std::function<void()> on_change)
-      : on_change_(std::move(on_change)), thread_([this] { run(); }) {}
+  // Adds a frame to those that nobody has taken yet.
+  using Merge = std::function<void(Frame& kept, Frame next)>;
+
+  // `on_change` is called, on a thread of its own, when there is a new frame. Without `merge`, a frame
+  // replaces the one before.
+  explicit LatestFrame(std::function<void()> on_change, Merge merge = nullptr)
+      : on_change_(std::move(on_change)), merge_(std::move(merge)), thread_([this] { run(); }) {}
 
   ~LatestFrame() {
     {
@@ -86,7 +90,11 @@ class LatestFrame {
         absl::StatusOr<Frame> frame = stream->next(kPatience);
         lock.lock();
         if (frame.ok()) {
-          latest_ = *std::move(frame);
+          if (merge_ && latest_) {
+            merge_(*latest_, *std::move(frame));
+          } else {
+            latest_ = *std::move(frame);
+          }
           lock.unlock();
           on_change_();
           lock.lock();
@@ -99,6 +107,7 @@ class LatestFrame {
   }
 
   const std::function<void()> on_change_;
+  const Merge merge_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   Open open_;

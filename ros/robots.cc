@@ -1,0 +1,327 @@
+#include "ros/robots.h"
+
+#include <absl/strings/ascii.h>
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "daemon/log.h"
+
+namespace tessera::ros {
+namespace {
+
+using JointStateMessage = sensor_msgs_msg_dds__JointState_;
+using TwistMessage = geometry_msgs_msg_dds__Twist_;
+
+constexpr std::uint64_t kAsked = 100'000;  // the coordinator's maximum
+
+bool is_one_of(const std::string& model, const std::vector<std::string>& models) {
+  return models.empty() || std::ranges::find(models, model) != models.end();
+}
+
+bool is_driven_by_velocity(const FoundProgram& program) {
+  return program.kind == "diff_drive" || program.kind == "ackermann";
+}
+
+// The inputs of a program for a velocity forwards (m/s) and a rate of turn to the left (rad/s).
+std::vector<NamedNumber> inputs_for(const FoundProgram& program, double speed, double turn) {
+  if (program.kind == "diff_drive") return {{"speed", speed}, {"turn", turn}};
+  constexpr double kStands = 1e-3;  // m/s
+  const double wheelbase = parameter_of(program, "wheelbase");
+  const double angle = std::abs(speed) < kStands ? 0 : std::atan(turn * wheelbase / speed);
+  return {{"speed", speed}, {"steer", angle}};
+}
+
+}  // namespace
+
+std::string model_of(const std::string& name) { return name.substr(0, name.find("::")); }
+
+std::string rest_of(const std::string& name) {
+  const std::size_t colons = name.find("::");
+  return colons == std::string::npos ? name : frame_name(name.substr(colons + 2));
+}
+
+std::string topic_word(absl::string_view name) {
+  const bool begins = !name.empty() && !absl::ascii_isdigit(static_cast<unsigned char>(name.front()));
+  std::string word = begins ? "" : "_";
+  for (const char c : name) word += absl::ascii_isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return word;
+}
+
+Robots::Robots(Node& node, std::string root, std::function<void()> on_command)
+    : node_(node), root_(std::move(root)), on_command_(std::move(on_command)) {}
+
+// Nobody may call it any more.
+Robots::~Robots() {
+  for (const auto& [topic, reader] : readers_) dds_delete(reader);
+}
+
+void Robots::forget() {
+  joints_.clear();
+  states_.clear();
+  servants_.clear();
+  sensors_.clear();
+  models_.clear();
+  published_ = 0;
+}
+
+std::string Robots::name_space(const std::string& model) const {
+  return model == root_ ? "/" : absl::StrCat("/", topic_word(model), "/");
+}
+
+absl::StatusOr<dds_entity_t> Robots::writer(const dds_topic_descriptor_t& type, const std::string& topic) {
+  const auto [entry, is_new] = writers_.try_emplace({&type, topic});
+  if (!is_new) return entry->second;
+  absl::StatusOr<dds_entity_t> made = node_.writer(type, topic);
+  if (!made.ok()) {
+    writers_.erase(entry);
+    return made;
+  }
+  return entry->second = *made;
+}
+
+absl::StatusOr<dds_entity_t> Robots::reader(const dds_topic_descriptor_t& type, const std::string& topic) {
+  const auto [entry, is_new] = readers_.try_emplace({&type, topic});
+  if (!is_new) return entry->second;
+  absl::StatusOr<dds_entity_t> made = node_.reader(type, topic, [this] {
+    commanded_ = true;
+    on_command_();
+  });
+  if (!made.ok()) {
+    readers_.erase(entry);
+    return made;
+  }
+  return entry->second = *made;
+}
+
+absl::Status Robots::learn(Client& client, const std::vector<std::string>& models, absl::Duration timeout) {
+  QueryList queries;
+  const auto programs = queries.programs({.limit = kAsked});
+  const auto joints = queries.find_joints("", kAsked);
+  const absl::StatusOr<Answers> answers = client.ask(queries, timeout);
+  if (!answers.ok()) return answers.status();
+  const FoundPrograms found = (*answers)[programs];
+  const std::vector<Sensor> before = std::move(sensors_);
+  sensors_.clear();
+  models_.clear();
+  servants_.clear();
+  joints_ = (*answers)[joints].joints;
+  std::erase_if(joints_,
+                [&](const FoundJoint& joint) { return !is_one_of(model_of(joint.joint.name), models); });
+  if (absl::Status status = add_sensors(found.programs, models); !status.ok()) return status;
+  // What they have measured counts until they measure again.
+  for (Sensor& sensor : sensors_) {
+    const auto same = std::ranges::find_if(before, [&](const Sensor& other) {
+      return other.program.body == sensor.program.body && other.program.program == sensor.program.program;
+    });
+    if (same != before.end()) sensor.values = same->values;
+  }
+  return add_joints();
+}
+
+absl::Status Robots::add_sensors(const std::vector<FoundProgram>& programs,
+                                 const std::vector<std::string>& models) {
+  std::set<std::string> topics;
+  for (const FoundProgram& program : programs) {
+    const std::string model = model_of(program.body_name);
+    if (!is_one_of(model, models)) continue;
+    if (program.kind == "pid") {
+      if (const double joint = parameter_of(program, "joint"); joint > 0)
+        servants_.emplace(static_cast<std::uint64_t>(joint), program);
+    }
+    if (is_driven_by_velocity(program)) models_[model].drives.push_back(program);
+    const SensorKind* const kind = find_sensor_kind(program);
+    if (kind == nullptr) continue;
+    Sensor sensor{program};
+    // Programs for Gazebo's wheels have the names of their plugins, which are no topics.
+    const bool is_named = !program.name.empty() && !is_driven_by_velocity(program);
+    const std::string word = is_named ? topic_word(program.name) : std::string(kind->name);
+    const std::string above = name_space(model);
+    sensor.topic = absl::StrCat(above, word);
+    if (topics.contains(sensor.topic))
+      sensor.topic = absl::StrCat(above, topic_word(rest_of(program.body_name)), "/", word);
+    for (int number = 2; !topics.insert(sensor.topic).second; ++number)
+      sensor.topic = absl::StrCat(above, topic_word(rest_of(program.body_name)), "/", word, "_", number);
+    sensor.body_frame = frame_name(program.body_name, root_);
+    const bool is_mounted = mounting_of(program).has_value();
+    const bool is_way = kind->type == &nav_msgs_msg_dds__Odometry__desc;
+    sensor.frame = is_mounted ? absl::StrCat(sensor.body_frame, "/", word)
+                   : is_way   ? absl::StrCat(model == root_ ? "" : absl::StrCat(model, "/"), word)
+                              : sensor.body_frame;
+    const absl::StatusOr<dds_entity_t> made = writer(*kind->type, sensor.topic);
+    if (!made.ok()) return made.status();
+    sensor.writer = *made;
+    sensors_.push_back(std::move(sensor));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Robots::add_joints() {
+  for (std::size_t n = 0; n < joints_.size(); ++n) {
+    if (joints_[n].joint.properties.type == JointType::kFixed) continue;
+    models_[model_of(joints_[n].joint.name)].joints.push_back(n);
+  }
+  for (auto& [name, model] : models_) {
+    const std::string above = name_space(name);
+    if (!model.joints.empty()) {
+      const auto states = writer(sensor_msgs_msg_dds__JointState__desc, absl::StrCat(above, "joint_states"));
+      const auto commands =
+          reader(sensor_msgs_msg_dds__JointState__desc, absl::StrCat(above, "joint_command"));
+      if (!states.ok()) return states.status();
+      if (!commands.ok()) return commands.status();
+      model.states = *states;
+      model.commands = *commands;
+    }
+    if (!model.drives.empty()) {
+      const auto velocity = reader(geometry_msgs_msg_dds__Twist__desc, absl::StrCat(above, "cmd_vel"));
+      if (!velocity.ok()) return velocity.status();
+      model.velocity = *velocity;
+    }
+  }
+  return absl::OkStatus();
+}
+
+std::vector<FoundFrame> Robots::frames() const {
+  std::vector<FoundFrame> frames;
+  for (const Sensor& sensor : sensors_) {
+    if (const std::optional<Pose> mounting = mounting_of(sensor.program))
+      frames.push_back({sensor.frame, sensor.program.body, sensor.program.body_name, *mounting});
+  }
+  return frames;
+}
+
+std::vector<TransformStamped> Robots::ways(Tick tick, double time_step) const {
+  std::vector<TransformStamped> ways;
+  for (const Sensor& sensor : sensors_) {
+    if (sensor.values.empty() || !is_driven_by_velocity(sensor.program)) continue;
+    const double half = value_of(sensor, "heading") / 2;
+    ways.push_back({.header = {.stamp = time_at(tick, time_step), .frame_id = text(sensor.frame)},
+                    .child_frame_id = text(sensor.body_frame),
+                    .transform = {.translation = {value_of(sensor, "x"), value_of(sensor, "y"), 0},
+                                  .rotation = {0, 0, std::sin(half), std::cos(half)}}});
+  }
+  return ways;
+}
+
+void Robots::take(ProgramFrame frame) {
+  for (ProgramSample& sample : frame.programs) {
+    const auto sensor = std::ranges::find_if(sensors_, [&](const Sensor& one) {
+      return one.program.body == sample.body && one.program.program == sample.program;
+    });
+    if (sensor != sensors_.end()) sensor->values = std::move(sample.values);
+  }
+}
+
+void Robots::take(JointFrame frame) {
+  for (const JointSample& sample : frame.joints) states_[sample.id.value] = sample.state;
+}
+
+void Robots::publish(Tick tick, double time_step) {
+  const Time stamp = time_at(tick, time_step);
+  for (const Sensor& sensor : sensors_) {
+    if (sensor.values.empty() || !measures_since(sensor, published_, tick, time_step)) continue;
+    warn(find_sensor_kind(sensor.program)->publish(sensor, stamp));
+  }
+  for (const auto& [name, model] : models_) {
+    if (!model.joints.empty()) warn(publish_joints(name, model, stamp));
+  }
+  published_ = tick;
+}
+
+absl::Status Robots::publish_joints(const std::string& name, const Model& model, const Time& stamp) const {
+  std::vector<std::string> names;
+  std::vector<double> positions;
+  std::vector<double> velocities;
+  for (const std::size_t place : model.joints) {
+    const auto state = states_.find(joints_[place].id.value);
+    if (state == states_.end()) continue;
+    names.push_back(rest_of(joints_[place].joint.name));
+    positions.push_back(state->second.position[0]);
+    velocities.push_back(state->second.velocity[0]);
+  }
+  if (names.empty()) return absl::OkStatus();
+  std::vector<char*> texts;
+  for (std::string& one : names) texts.push_back(one.data());
+  const auto count = static_cast<std::uint32_t>(names.size());
+  JointStateMessage message{};
+  std::string no_frame;
+  message.header = {stamp, no_frame.data()};
+  message.name = {count, count, texts.data(), /*_release=*/false};
+  message.position = {count, count, positions.data(), /*_release=*/false};
+  message.velocity = {count, count, velocities.data(), /*_release=*/false};
+  return write(model.states, &message, absl::StrCat(name_space(name), "joint_states"));
+}
+
+void Robots::carry_out(Client& client) {
+  commanded_ = false;
+  for (const auto& [name, model] : models_) {
+    CommandList commands;
+    const int drives = model.velocity > 0 ? command_drives(model, commands) : 0;
+    const int joints = model.commands > 0 ? command_joints(model, commands) : 0;
+    if (drives + joints == 0) continue;
+    Batch batch;
+    batch.commands = std::move(commands);
+    client.send(batch, [](const absl::StatusOr<Answers>& answers) { warn(answers.status()); });
+  }
+}
+
+int Robots::command_drives(const Model& model, CommandList& commands) {
+  int count = 0;
+  std::optional<TwistMessage> last;
+  take_all<TwistMessage>(model.velocity, [&](const TwistMessage& message) { last = message; });
+  if (!last || !std::isfinite(last->linear.x) || !std::isfinite(last->angular.z)) return 0;
+  for (const FoundProgram& drive : model.drives) {
+    commands.tell_program(drive.body, inputs_for(drive, last->linear.x, last->angular.z), drive.program);
+    ++count;
+  }
+  return count;
+}
+
+int Robots::command_joints(const Model& model, CommandList& commands) const {
+  int count = 0;
+  take_all<JointStateMessage>(model.commands, [&](const JointStateMessage& message) {
+    for (std::uint32_t n = 0; n < message.name._length; ++n) {
+      const std::string name = message.name._buffer[n];
+      const auto place = std::ranges::find_if(
+          model.joints, [&](std::size_t joint) { return rest_of(joints_[joint].joint.name) == name; });
+      if (place == model.joints.end()) {
+        log_warning(
+            absl::StrCat("/joint_command names the joint \"", name, "\", which its model does not have"));
+        continue;
+      }
+      for (const auto& [numbers, mode] : {std::pair{&message.position, DriveMode::kPosition},
+                                          std::pair{&message.velocity, DriveMode::kVelocity},
+                                          std::pair{&message.effort, DriveMode::kEffort}}) {
+        if (n >= numbers->_length || !std::isfinite(numbers->_buffer[n])) continue;
+        command_joint(joints_[*place], mode, numbers->_buffer[n], commands);
+        ++count;
+        break;
+      }
+    }
+  });
+  return count;
+}
+
+// By its controller, where it has one for that; or else by its drive.
+void Robots::command_joint(const FoundJoint& joint, DriveMode mode, double target,
+                           CommandList& commands) const {
+  const auto servant = servants_.find(joint.id.value);
+  if (servant == servants_.end()) {
+    commands.set_drive(joint.id, {mode, target});
+    return;
+  }
+  const FoundProgram& pid = servant->second;
+  const char* const input = mode == DriveMode::kEffort ? "effort" : "set_point";
+  const bool is_of_rate = parameter_of(pid, "of_rate") > 0;
+  if (mode != DriveMode::kEffort && is_of_rate != (mode == DriveMode::kVelocity)) {
+    log_warning(
+        absl::StrCat("joint ", joint.joint.name, " is controlled by its ", is_of_rate ? "rate" : "position"));
+    return;
+  }
+  commands.tell_program(pid.body, {{input, target}}, pid.program);
+}
+
+}  // namespace tessera::ros

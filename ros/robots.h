@@ -1,0 +1,99 @@
+// Sensors, wheels and joints of a world as topics of ROS 2, and what ROS commands.
+//
+// The topics of a model are below its name: "/robot/scan" of the program "scan" of a body of the model
+// "robot"; or "/scan", where that model is the root.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+#include <absl/status/status.h>
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ros/node.h"
+#include "ros/sensors.h"
+#include "ros/transforms.h"
+#include "tessera/client.h"
+#include "tessera/joints.h"
+#include "tessera/stream.h"
+
+namespace tessera::ros {
+
+// For one thread, but for `on_command`.
+class Robots {
+ public:
+  // `on_command` is called, on a thread of DDS, when ROS has commanded something. `node` must live longer.
+  Robots(Node& node, std::string root, std::function<void()> on_command);
+  ~Robots();
+  Robots(const Robots&) = delete;
+  Robots& operator=(const Robots&) = delete;
+
+  // Those of another world, or of this one as it is now. Empty `models`: all. Topics that are no longer
+  // needed stay, and are silent.
+  absl::Status learn(Client& client, const std::vector<std::string>& models, absl::Duration timeout);
+  void forget();
+
+  const std::vector<FoundJoint>& joints() const { return joints_; }
+  bool measures() const { return !sensors_.empty(); }
+  // Frames of sensors, which are fixed to their bodies.
+  std::vector<FoundFrame> frames() const;
+
+  // Where the wheels of robots have taken them: from the frame "odom" to that of their bodies.
+  std::vector<TransformStamped> ways(Tick tick, double time_step) const;
+
+  void take(ProgramFrame frame);
+  void take(JointFrame frame);
+  // All that is measured, with the time of a tick; a sensor with a rate as often as it measures.
+  void publish(Tick tick, double time_step);
+
+  bool is_commanded() const { return commanded_; }
+  // Sends what ROS has commanded.
+  void carry_out(Client& client);
+
+ private:
+  struct Model {
+    dds_entity_t states = 0;    // joint_states
+    dds_entity_t commands = 0;  // joint_command
+    dds_entity_t velocity = 0;  // cmd_vel
+    std::vector<std::size_t> joints;
+    std::vector<FoundProgram> drives;  // that a velocity commands
+  };
+  // By (type, topic), of this node: they are made once.
+  using Entities = std::map<std::pair<const dds_topic_descriptor_t*, std::string>, dds_entity_t>;
+
+  std::string name_space(const std::string& model) const;
+  absl::StatusOr<dds_entity_t> writer(const dds_topic_descriptor_t& type, const std::string& topic);
+  absl::StatusOr<dds_entity_t> reader(const dds_topic_descriptor_t& type, const std::string& topic);
+  absl::Status add_sensors(const std::vector<FoundProgram>& programs, const std::vector<std::string>& models);
+  absl::Status add_joints();
+  absl::Status publish_joints(const std::string& name, const Model& model, const Time& stamp) const;
+  // How many commands there are.
+  static int command_drives(const Model& model, CommandList& commands);
+  int command_joints(const Model& model, CommandList& commands) const;
+  void command_joint(const FoundJoint& joint, DriveMode mode, double target, CommandList& commands) const;
+
+  Node& node_;
+  const std::string root_;
+  const std::function<void()> on_command_;
+  std::atomic<bool> commanded_ = false;
+  Entities writers_;
+  Entities readers_;
+  std::vector<FoundJoint> joints_;
+  absl::flat_hash_map<std::uint64_t, JointState> states_;      // by id
+  absl::flat_hash_map<std::uint64_t, FoundProgram> servants_;  // programs pid, by the joint that they drive
+  std::vector<Sensor> sensors_;
+  std::map<std::string, Model> models_;
+  Tick published_ = 0;  // the tick of the last publication
+};
+
+// "robot" of "robot::arm::hand", and "arm/hand" of it.
+std::string model_of(const std::string& name);
+std::string rest_of(const std::string& name);
+// A name as a part of a topic: ROS has letters, digits and _ there, and no digit at first.
+std::string topic_word(absl::string_view name);
+
+}  // namespace tessera::ros

@@ -1,0 +1,48 @@
+// What programs that measure publish, as messages of ROS 2.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/strings/string_view.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ros/node.h"
+#include "ros/transforms.h"
+#include "tessera/batch.h"
+
+namespace tessera::ros {
+
+// A program that measures, and where it publishes.
+struct Sensor {
+  FoundProgram program;    // its parameters are those that it was found with
+  std::string topic;       // "/robot/scan"
+  std::string frame;       // in which it measures; of odometry, that in which the way is
+  std::string body_frame;  // of its body
+  dds_entity_t writer = 0;
+  std::vector<double> values;  // the latest; empty: none yet
+};
+
+// How the programs of a kind are published.
+struct SensorKind {
+  absl::string_view program;  // its kind
+  absl::string_view name;     // of topics, where the program has no name
+  const dds_topic_descriptor_t* type = nullptr;
+  absl::Status (*publish)(const Sensor&, const Time&) = nullptr;
+};
+// Null for programs that do not measure.
+const SensorKind* find_sensor_kind(const FoundProgram& program);
+
+// A parameter, and one of the latest values, by name; 0 where the program has none of that name.
+double parameter_of(const FoundProgram& program, absl::string_view name);
+double value_of(const Sensor& sensor, absl::string_view name);
+
+// The pose of a sensor in its body, of which its measurements have the axes; nothing for one that measures in
+// the frame of its body.
+std::optional<Pose> mounting_of(const FoundProgram& program);
+
+// Whether a sensor with a rate measures in one of the ticks after `before`, up to `tick`.
+bool measures_since(const Sensor& sensor, Tick before, Tick tick, double time_step);
+
+}  // namespace tessera::ros
