@@ -8,6 +8,7 @@
 #include <numbers>
 #include <span>
 
+#include "lpss/programs/measuring.h"
 #include "lpss/programs/places.h"
 #include "lpss/programs/registry.h"
 
@@ -227,7 +228,9 @@ std::optional<Pose> mounting_of(const FoundProgram& program) {
 bool measures_since(const Sensor& sensor, Tick before, Tick tick, double time_step) {
   const double rate = parameter_of(sensor.program, "rate");
   if (rate == 0) return true;
-  const auto until = [&](Tick at) { return std::floor(static_cast<double>(at) * time_step * rate + 1e-6); };
+  const auto until = [&](Tick at) {
+    return measurements_until(sensor.program.body, sensor.program.program, at, time_step, rate);
+  };
   return until(tick) != until(before);
 }
 

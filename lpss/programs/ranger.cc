@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -12,6 +11,7 @@
 #include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
 #include "lpss/programs/builtin.h"
+#include "lpss/programs/measuring.h"
 #include "lpss/programs/noise.h"
 #include "lpss/programs/numbers.h"
 #include "lpss/programs/places.h"
@@ -180,10 +180,10 @@ class Ranger final : public Program {
   static bool measures(const Senses& senses, std::span<const double> values) {
     const double rate = at(senses.parameters, Parameter::kRate);
     if (rate == 0 || at(values, Value::kNearest) == 0) return true;
-    const double now = static_cast<double>(senses.tick) * senses.dt;
-    // A millionth more, so that a rate of which ticks are multiples is kept.
-    const auto until = [&](double time) { return std::floor(time * rate + 1e-6); };
-    return until(now) != until(now - senses.dt);
+    const auto until = [&](std::uint64_t tick) {
+      return measurements_until(senses.body, senses.program, tick, senses.dt, rate);
+    };
+    return until(senses.tick) != until(senses.tick - 1);
   }
 };
 
