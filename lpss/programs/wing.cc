@@ -13,12 +13,26 @@ namespace tessera {
 namespace wing {
 namespace {
 
-enum class Parameter { kX, kY, kZ, kRoll, kArea, kSlope, kZeroLift, kStall, kDrag, kInduced, kDensity };
+enum class Parameter {
+  kX,
+  kY,
+  kZ,
+  kRoll,
+  kArea,
+  kSlope,
+  kZeroLift,
+  kStall,
+  kDrag,
+  kInduced,
+  kDensity,
+  kTurn,
+  kRise,
+};
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"x", "m", 0, -1e3, 1e3, "Where the air pushes, in the body frame,"},
     {"y", "m", 0, -1e3, 1e3, "along its y axis,"},
-    {"z", "m", 0, -1e3, 1e3, "and along its z axis. The chord points along the body's x axis, forwards."},
-    {"roll", "rad", 0, -7, 7, "Of its upper side, about the chord: 0 is the body's z axis; pi / 2 is a fin."},
+    {"z", "m", 0, -1e3, 1e3, "and along its z axis."},
+    {"roll", "rad", 0, -7, 7, "Of its upper side, about the chord: 0 is upwards; pi / 2 is a fin."},
     {"area", "m^2", 1, 0, 1e6, "Seen from above."},
     {"slope", "1/rad", 6.28, 0, 100, "By which the lift coefficient grows with the angle of attack."},
     {"zero_lift", "rad", 0, -1, 1, "The angle of attack without lift; below 0 for what is cambered."},
@@ -26,6 +40,9 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"drag", "", 0.02, 0, 100, "Its coefficient without lift."},
     {"induced", "", 0.06, 0, 100, "What the square of the lift coefficient adds to it: 1 / (pi e aspect)."},
     {"density", "kg/m^3", 1.2, 0, 1e5, "Of the air."},
+    {"turn", "rad", 0, -7, 7,
+     "Where the chord points, forwards: turned from the body's x axis towards its y axis,"},
+    {"rise", "rad", 0, -7, 7, "and from there towards its z axis."},
 });
 
 enum class Input { kDeflection, kWindX, kWindY, kWindZ };
@@ -77,9 +94,9 @@ class Wing final : public Program {
     const Eigen::Quaterniond turn = senses.orientation();
     const Eigen::Vector3d place(senses.parameters.data());
     const Eigen::Vector3d lever = lever_of(senses, turn, place);
-    const auto [sin, cos] = portable::sincos(parameter(senses, Parameter::kRoll));
-    const Eigen::Vector3d chord = turn * Eigen::Vector3d::UnitX();
-    const Eigen::Vector3d up = turn * Eigen::Vector3d(0, -sin, cos);
+    const Axes axes = axes_of(senses);
+    const Eigen::Vector3d chord = turn * axes.chord;
+    const Eigen::Vector3d up = turn * axes.up;
     const Eigen::Vector3d wind(senses.inputs.data() + static_cast<std::size_t>(Input::kWindX));
     const Eigen::Vector3d through_air = senses.velocity() + senses.angular_velocity().cross(lever) - wind;
     // What goes along the span does nothing.
@@ -104,6 +121,19 @@ class Wing final : public Program {
   }
 
  private:
+  struct Axes {
+    Eigen::Vector3d chord;  // forwards
+    Eigen::Vector3d up;
+  };
+  // In the body frame.
+  static Axes axes_of(const Senses& senses) {
+    const auto [sin, cos] = portable::sincos(parameter(senses, Parameter::kRoll));
+    const auto [turn_sin, turn_cos] = portable::sincos(parameter(senses, Parameter::kTurn));
+    const auto [rise, flat] = portable::sincos(parameter(senses, Parameter::kRise));
+    const Eigen::Vector3d up(-rise * cos, -sin, flat * cos);  // before it turns
+    return {{flat * turn_cos, flat * turn_sin, rise},
+            {turn_cos * up.x() - turn_sin * up.y(), turn_sin * up.x() + turn_cos * up.y(), up.z()}};
+  }
   // N: more would turn the way of the body round within a tick.
   static double stopping(const Senses& senses, double speed) {
     return senses.properties.mass * speed / senses.dt;

@@ -446,17 +446,23 @@ void lift_drag(System& system) {
   const Eigen::Vector3d forward = vector("forward", Eigen::Vector3d::UnitX());
   const Eigen::Vector3d upward = vector("upward", Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d cp = vector("cp", Eigen::Vector3d::Zero());
-  constexpr double kAlong = 0.999;
-  if (forward.norm() == 0 || upward.norm() == 0 || forward.normalized().x() < kAlong)
-    return system.fail("<forward> must be along the x axis of its link");
+  const Eigen::Vector3d across = upward.cross(forward);
+  if (across.norm() == 0) return system.fail("<forward> and <upward> must have different directions");
+  Pose pose{cp, {}};
+  Eigen::Matrix3d axes;
+  axes << forward.normalized(), across.normalized(), forward.cross(across).normalized();
+  pose.orientation = Eigen::Quaterniond(axes);
+  const Eigen::Vector3d angles = angles_of(pose.orientation);
   // Gazebo's drag grows with the angle, and this one with its square: they are alike where it stalls.
   const double slope = system.number({"cla"}, 1);
   const double stall = std::abs(system.number({"alpha_stall"}, std::numbers::pi / 2));
   const double at_stall = slope * stall;
   const double drag = std::abs(system.number({"cda"}, 0.01)) * stall;
   ProgramWriter program("wing", system.name());
-  program.set_place({cp, Eigen::Quaterniond::Identity()})
-      .set("roll", portable::atan2(-upward.y(), upward.z()))
+  program.set_place(pose)
+      .set("roll", angles.x())
+      .set("rise", -angles.y())
+      .set("turn", angles.z())
       .set("area", system.number({"area"}, 1))
       .set("density", system.number({"air_density"}, 1.2041))
       .set("slope", slope)

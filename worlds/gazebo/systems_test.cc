@@ -139,6 +139,12 @@ TEST(SystemsOfFiles, AWingHasNoLiftWhereGazeboHasNone) {
   EXPECT_EQ(number_of(wing, "zero_lift"), -0.05);
   EXPECT_EQ(number_of(wing, "y"), 0.4);
   EXPECT_NEAR(number_of(wing, "roll"), std::numbers::pi / 2, 1e-15);
+  EXPECT_EQ(number_of(wing, "turn"), 0);
+  const LoadedWorld aside = load(cart(
+      "<plugin name='p' filename='libLiftDragPlugin.so'><link_name>base</link_name><forward>0 2 0</forward>"
+      "<upward>0 0 1</upward></plugin>"));
+  EXPECT_NEAR(number_of(programs_of(aside, 0).at(0), "turn"), std::numbers::pi / 2, 1e-15);
+  EXPECT_NEAR(number_of(programs_of(aside, 0).at(0), "roll"), 0, 1e-15);
   // At the angle of stall, the drag is Gazebo's.
   const double lift = 4.75 * 0.3;
   EXPECT_NEAR(number_of(wing, "induced") * lift * lift, 0.64 * 0.3, 1e-15);
