@@ -121,6 +121,8 @@ void Feed::enter(const live::ClusterReport& report) {
   frame_.reset();
   transforms_.emplace(options_.frame, sector_, settings, options_.root);
   robots_.forget();
+  measuring_.clear();
+  watched_joints_.clear();
   bodies_.emplace([this] { notify(); });
   programs_.emplace([] {}, add_changes);
   joints_.emplace([] {});
@@ -202,14 +204,23 @@ void Feed::watch(std::uint32_t every_ticks) {
   bodies_->watch([this, filter = filter_] { return client_.watch_bodies(filter, kTimeout); });
 }
 
+// Where these are not those that are watched.
 void Feed::watch_robots() {
-  if (robots_.measures()) {
-    programs_->watch([this] { return client_.watch_programs({}, kTimeout); });
-  } else {
-    programs_->watch({});
+  if (std::vector<BodyId> bodies = robots_.measuring_bodies(); bodies != measuring_) {
+    measuring_ = std::move(bodies);
+    live::LatestFrame<ProgramFrame>::Open open;
+    if (!measuring_.empty())
+      open = [this, ids = measuring_] { return client_.watch_programs({.ids = ids}, kTimeout); };
+    programs_->watch(std::move(open));
   }
-  if (robots_.joints().empty()) return joints_->watch({});
-  joints_->watch([this, joints = robots_.joints()] { return client_.watch_joints(joints, 1, kTimeout); });
+  std::vector<JointId> joints;
+  for (const FoundJoint& joint : robots_.joints()) joints.push_back(joint.id);
+  if (joints == watched_joints_) return;
+  watched_joints_ = std::move(joints);
+  live::LatestFrame<JointFrame>::Open open;
+  if (!watched_joints_.empty())
+    open = [this, found = robots_.joints()] { return client_.watch_joints(found, 1, kTimeout); };
+  joints_->watch(std::move(open));
 }
 
 void Feed::publish(Clock::time_point now) {

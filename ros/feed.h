@@ -88,8 +88,10 @@ class Feed {
   Clock::time_point next_repetition_{};
   Robots robots_;
   std::optional<live::LatestFrame<BodyFrame>> bodies_;
-  std::optional<live::LatestFrame<ProgramFrame>> programs_;
-  std::optional<live::LatestFrame<JointFrame>> joints_;
+  std::optional<live::LatestFrame<ProgramFrame>> programs_;  // of measuring_
+  std::optional<live::LatestFrame<JointFrame>> joints_;      // of watched_joints_
+  std::vector<BodyId> measuring_;
+  std::vector<JointId> watched_joints_;
 
   live::ClusterMonitor monitor_;
   std::thread thread_;

@@ -184,6 +184,12 @@ absl::Status Robots::add_joints() {
   return absl::OkStatus();
 }
 
+std::vector<BodyId> Robots::measuring_bodies() const {
+  std::set<BodyId> bodies;
+  for (const Sensor& sensor : sensors_) bodies.insert(sensor.program.body);
+  return {bodies.begin(), bodies.end()};
+}
+
 std::vector<FoundFrame> Robots::frames() const {
   std::vector<FoundFrame> frames;
   for (const Sensor& sensor : sensors_) {

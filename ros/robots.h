@@ -38,7 +38,8 @@ class Robots {
   void forget();
 
   const std::vector<FoundJoint>& joints() const { return joints_; }
-  bool measures() const { return !sensors_.empty(); }
+  // With programs that measure; ascending.
+  std::vector<BodyId> measuring_bodies() const;
   // Frames of sensors, which are fixed to their bodies.
   std::vector<FoundFrame> frames() const;
 
