@@ -293,6 +293,30 @@ TEST_F(RosTest, ARobotIsDrivenThroughAHouseWhileAServerIsLost) {
   })) << ros.output();
 }
 
+TEST_F(RosTest, TheLossOfTheCoordinatorIsSurvived) {
+  cli::LocalClusterOptions options;
+  options.checkpoint_every = absl::Milliseconds(200);
+  options.store = true;
+  const Cluster cluster = start_cluster(1, options);
+  ASSERT_TRUE(cluster.client);
+  ASSERT_THAT(cluster.client->load(read_world("house.sdf")).status(), IsOk());
+  const dds_entity_t states = read(sensor_msgs_msg_dds__JointState__desc, "rt/burger/joint_states",
+                                   DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_VOLATILE);
+  const Process ros("tessera-ros", {"--connect", cluster.processes->address()});
+  ASSERT_THAT(cluster.client->resume().status(), IsOk());
+  std::pair<std::int32_t, std::uint32_t> last{};
+  const auto tells_until = [&](std::int32_t seconds) {
+    return await<sensor_msgs_msg_dds__JointState_>(states, [&](const auto& state) {
+      last = count(state.header.stamp);
+      return last.first >= seconds;
+    });
+  };
+  ASSERT_TRUE(tells_until(1)) << ros.output();
+  ASSERT_EQ(kill(cluster.processes->coordinator(), SIGKILL), 0);
+  ASSERT_THAT(cluster.processes->replace_coordinator(), IsOk());
+  EXPECT_TRUE(tells_until(last.first + 3)) << ros.output();
+}
+
 TEST_F(RosTest, ARobotThatIsTheRootHasTheNamesOfItsStack) {
   const Cluster cluster = start_cluster(1);
   ASSERT_TRUE(cluster.client);
