@@ -90,6 +90,8 @@ class Workload {
   std::vector<std::uint64_t> kinematic() const { return known_.bodies_that_are(v1::MOTION_KINEMATIC); }
   std::uint64_t any_pair();
   void forget_body(std::uint64_t id);
+  void forget_joint(std::uint64_t id);
+  bool is_of_torn_joint(const absl::Status& status) const;
   v1::Vector3 any_vector(double longest);
   WorldPosition any_place();
   v1::Body any_body(Motion motion, v1::Model& model);
