@@ -99,6 +99,13 @@ std::optional<std::uint32_t> place_of(absl::string_view name, std::span<const Nu
   return static_cast<std::uint32_t>(found - table.begin());
 }
 
+const NumberSpec* find_spec(const Program& program, absl::string_view name) {
+  for (const auto table : {program.parameters(), program.inputs()}) {
+    if (const auto place = place_of(name, table)) return &table[*place];
+  }
+  return nullptr;
+}
+
 std::string no_number(const Program& program, absl::string_view name) {
   std::vector<absl::string_view> names;
   for (const auto table : {program.parameters(), program.inputs()}) {

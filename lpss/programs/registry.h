@@ -26,6 +26,9 @@ const Program* find_program(absl::string_view kind);
 // The place of a number in a table; nothing where it has none of this name.
 std::optional<std::uint32_t> place_of(absl::string_view name, std::span<const NumberSpec> table);
 
+// A parameter or an input by its name; null where the program has none.
+const NumberSpec* find_spec(const Program& program, absl::string_view name);
+
 // "program mover has no number 'spead'; it has: x, y, ...": its parameters and inputs.
 std::string no_number(const Program& program, absl::string_view name);
 

@@ -17,9 +17,6 @@ namespace tessera::gazebo {
 // out not to be there, or not to move, it is left out.
 inline constexpr char kSystemProgram[] = "tessera:system_program";
 
-// Roll, pitch and yaw (rad), as SDF and URDF have them.
-Eigen::Vector3d angles_of(const Eigen::Quaterniond& rotation);
-
 class ProgramWriter {
  public:
   // Of a built-in kind; `name` may be empty; one that a program cannot have is left out.

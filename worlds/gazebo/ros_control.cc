@@ -13,11 +13,6 @@ namespace {
 
 using xml::Element;
 
-std::string attribute_of(const Element* element, const char* name) {
-  const char* const value = element == nullptr ? nullptr : element->Attribute(name);
-  return value == nullptr ? "" : value;
-}
-
 // "hardware_interface/PositionJointInterface" as "position"; empty for others.
 std::string interface_of(absl::string_view text) {
   const std::string lower = absl::AsciiStrToLower(text);
@@ -29,7 +24,7 @@ std::string interface_of(absl::string_view text) {
 
 void take_transmission(const Element& transmission, CommandedJoints& joints) {
   const Element* const joint = transmission.FirstChildElement("joint");
-  const std::string name = attribute_of(joint, "name");
+  const std::string name = xml::attribute_of(joint, "name");
   const std::string interface =
       joint == nullptr ? "" : interface_of(xml::child_text(*joint, "hardwareInterface"));
   if (!name.empty() && !interface.empty()) joints.try_emplace(name, CommandedJoint{interface});
@@ -39,19 +34,20 @@ void take_ros2_control(const Element& control, CommandedJoints& joints, Notices&
   for (const Element* joint = control.FirstChildElement("joint"); joint != nullptr;
        joint = joint->NextSiblingElement("joint")) {
     CommandedJoint commanded{
-        interface_of(attribute_of(joint->FirstChildElement("command_interface"), "name"))};
+        interface_of(xml::attribute_of(joint->FirstChildElement("command_interface"), "name"))};
     if (commanded.interface.empty()) continue;
     for (const Element* state = joint->FirstChildElement("state_interface"); state != nullptr;
          state = state->NextSiblingElement("state_interface")) {
       const Element* const param = state->FirstChildElement("param");
-      if (attribute_of(state, "name") != "position" || attribute_of(param, "name") != "initial_value")
+      if (xml::attribute_of(state, "name") != "position" ||
+          xml::attribute_of(param, "name") != "initial_value")
         continue;
       Numbers numbers;
       commanded.initial = numbers.read(param, 0);
       if (!numbers.status().ok())
         notices.count_repair("initial_value that is no number, taken as 0", xml::place_of(*param));
     }
-    joints.try_emplace(attribute_of(joint, "name"), commanded);
+    joints.try_emplace(xml::attribute_of(joint, "name"), commanded);
   }
 }
 

@@ -189,13 +189,6 @@ constexpr std::array kKinds = {
     Kind{"sonar", "ranger", write_sonar},
 };
 
-std::string attribute_of(const Element& element, const char* name) {
-  const char* const value = element.Attribute(name);
-  return value == nullptr ? "" : value;
-}
-
-std::string type_of(const Element& sensor) { return attribute_of(sensor, "type"); }
-
 // The pose of a sensor in `link`; nothing where it is relative to something that is not fixed to it.
 std::optional<Pose> pose_of(const Element& sensor, const Element& link, const ModelParts& parts) {
   const Element* const given = sensor.FirstChildElement("pose");
@@ -228,31 +221,31 @@ class Taking {
 
  private:
   void of_link(const Element& element, Element& link) {
-    const std::string type = type_of(element);
+    const std::string type = xml::attribute_of(&element, "type");
     const auto kind = std::ranges::find(kKinds, absl::string_view(type), &Kind::type);
     if (kind == kKinds.end()) return leave_out(type, "");
     const std::optional<Pose> pose = pose_of(element, link, parts_);
-    if (!pose) return leave_out(type, ": its pose is not that of its link");
+    if (!pose) return leave_out(type, ", whose pose is malformed or not fixed to its link,");
     const Sensor sensor{element, type, *pose};
     Reading reading(sensor, notices_);
-    ProgramWriter program(kind->program, attribute_of(element, "name"));
+    ProgramWriter program(kind->program, xml::attribute_of(&element, "name"));
     kind->write(sensor, reading, program);
     finish(sensor, reading.status(), program, link);
   }
 
   void of_joint(const Element& element, const Element& joint) {
-    const std::string type = type_of(element);
+    const std::string type = xml::attribute_of(&element, "type");
     if (type != "force_torque") return leave_out(type, " in a joint");
     Element* const child = parts_.side(joint, "child");
-    if (child == nullptr) return leave_out(type, ": the child of its joint is in another model");
+    if (child == nullptr) return leave_out(type, ", whose joint has its child in another model,");
     const Sensor sensor{element, type, {}};
     Reading reading(sensor, notices_);
     const Element* const own = element.FirstChildElement("force_torque");
     const std::string frame = own == nullptr ? "" : xml::child_text(*own, "frame");
     const bool is_on_child =
         own != nullptr && xml::child_text(*own, "measure_direction") == "parent_to_child";
-    ProgramWriter program("load", attribute_of(element, "name"));
-    program.set("joint", attribute_of(joint, "name"))
+    ProgramWriter program("load", xml::attribute_of(&element, "name"));
+    program.set("joint", xml::attribute_of(&joint, "name"))
         .set("frame", 1)
         .set("direction", is_on_child ? 1 : -1)
         .set("noise", reading.deviation_of_axes(find(own, {"force"})))

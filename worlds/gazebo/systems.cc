@@ -452,7 +452,7 @@ void lift_drag(System& system) {
   Eigen::Matrix3d axes;
   axes << forward.normalized(), across.normalized(), forward.cross(across).normalized();
   pose.orientation = Eigen::Quaterniond(axes);
-  const Eigen::Vector3d angles = angles_of(pose.orientation);
+  const Eigen::Vector3d angles = xml::angles_of(pose.orientation);
   // Gazebo's drag grows with the angle, and this one with its square: they are alike where it stalls.
   const double slope = system.number({"cla"}, 1);
   const double stall = std::abs(system.number({"alpha_stall"}, std::numbers::pi / 2));

@@ -12,12 +12,6 @@ namespace {
 
 using xml::Element;
 
-Element& copy_into(const Element& element, Element& parent) {
-  tinyxml2::XMLNode* const copy = element.DeepClone(parent.GetDocument());
-  parent.InsertEndChild(copy);
-  return *copy->ToElement();
-}
-
 // A sensor that was given in a frame which is at `frame` in its link. A pose that cannot be read is told
 // later.
 void move(Element& sensor, const Pose& frame) {
@@ -56,14 +50,14 @@ void UrdfExtras::restore(Element& model, Notices& notices) const {
   const ModelParts parts(model);
   for (const Sensor& sensor : sensors_) {
     if (Element* const joint = parts.joint(sensor.reference)) {
-      copy_into(*sensor.element, *joint);
+      xml::copy_into(*sensor.element, *joint);
     } else if (const std::optional<ModelParts::Place> place = parts.place(sensor.reference)) {
-      move(copy_into(*sensor.element, *place->link), place->pose);
+      move(xml::copy_into(*sensor.element, *place->link), place->pose);
     } else {
       notices.count("<sensor> of a link that is not there, skipped");
     }
   }
-  for (const Element* plugin : plugins_) copy_into(*plugin, model);
+  for (const Element* plugin : plugins_) xml::copy_into(*plugin, model);
   hold(commanded_, model);
 }
 

@@ -38,14 +38,9 @@ class PartNames {
   bool has_link_ = false;
 };
 
-std::string attribute_of(const Element* element, const char* name) {
-  const char* const value = element == nullptr ? nullptr : element->Attribute(name);
-  return value == nullptr ? "" : value;
-}
-
 bool dangles(const Element& part, const PartNames& parts) {
-  if (!parts.knows(attribute_of(part.FirstChildElement("pose"), "relative_to"))) return true;
-  if (xml::is(part, "frame")) return !parts.knows(attribute_of(&part, "attached_to"));
+  if (!parts.knows(xml::attribute_of(part.FirstChildElement("pose"), "relative_to"))) return true;
+  if (xml::is(part, "frame")) return !parts.knows(xml::attribute_of(&part, "attached_to"));
   return xml::is(part, "joint") &&
          !(parts.knows(xml::child_text(part, "parent")) && parts.knows(xml::child_text(part, "child")));
 }
@@ -75,7 +70,7 @@ bool remove_dangling(Element& model, Notices& notices) {
   while (remove_once(model, notices)) {
   }
   const PartNames parts(model);
-  if (!parts.knows(attribute_of(&model, "canonical_link"))) model.DeleteAttribute("canonical_link");
+  if (!parts.knows(xml::attribute_of(&model, "canonical_link"))) model.DeleteAttribute("canonical_link");
   return parts.has_link();
 }
 

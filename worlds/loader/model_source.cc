@@ -125,17 +125,11 @@ void set_static(Element& model, std::optional<bool> value) {
   model.InsertNewChildElement("static")->SetText(*value);
 }
 
-Element& copy_into(const Element& element, Element& parent) {
-  tinyxml2::XMLNode* copy = element.DeepClone(parent.GetDocument());
-  parent.InsertEndChild(copy);
-  return *copy->ToElement();
-}
-
 void add_pose(const std::string& pose_xml, Element& model) {
   if (pose_xml.empty()) return;
   tinyxml2::XMLDocument document;
   if (document.Parse(pose_xml.c_str(), pose_xml.size()) != tinyxml2::XML_SUCCESS) return;
-  Element& pose = copy_into(*document.RootElement(), model);
+  Element& pose = xml::copy_into(*document.RootElement(), model);
   // The name of the attribute before SDF 1.7, where an empty one was common.
   const char* frame = pose.Attribute("frame");
   if (frame == nullptr) return;
@@ -465,7 +459,7 @@ absl::Status ModelSources::fill(Element& model, const std::string& version, cons
         child = next;
         continue;
       }
-      Element& copy = copy_into(*element, model);
+      Element& copy = xml::copy_into(*element, model);
       copy.SetAttribute("name", name.c_str());
       const std::string& placement =
           slot.placement_frame.empty() ? source.placement_frame : slot.placement_frame;
@@ -499,7 +493,7 @@ absl::Status ModelSources::read_file(const Element& include, IncludedFile& entry
   }
   for (const Element* plugin = include.FirstChildElement("plugin"); plugin != nullptr;
        plugin = plugin->NextSiblingElement("plugin")) {
-    copy_into(*plugin, *model);
+    xml::copy_into(*plugin, *model);
   }
   if (++depth_ > kIncludeDepthMax) {
     return xml::invalid(include, "includes are nested deeper than ", kIncludeDepthMax);

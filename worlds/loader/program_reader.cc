@@ -35,13 +35,6 @@ constexpr char kModule[] = "module";
 constexpr char kProgramName[] = "name";
 constexpr absl::string_view kOfSystem = "?";  // before the kind
 
-const NumberSpec* find_spec(const Program& program, absl::string_view name) {
-  for (const auto table : {program.parameters(), program.inputs()}) {
-    if (const std::optional<std::uint32_t> place = place_of(name, table)) return &table[*place];
-  }
-  return nullptr;
-}
-
 // "name=value"
 absl::StatusOr<std::string> kept_number(const xml::Element& element, const Program& program,
                                         const char* name) {

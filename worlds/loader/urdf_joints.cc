@@ -48,20 +48,10 @@ absl::StatusOr<Pose> origin_of(const Element& joint) {
   return pose;
 }
 
-// Roll, pitch and yaw: about the fixed x, then y, then z axis.
-Eigen::Vector3d angles_of(const Eigen::Quaterniond& rotation) {
-  constexpr double kUpright = 1e-12;  // below, roll and yaw turn about one axis, and all is yaw
-  const Eigen::Matrix3d r = rotation.toRotationMatrix();
-  const double level = std::sqrt(r(0, 0) * r(0, 0) + r(1, 0) * r(1, 0));
-  const double pitch = portable::atan2(-r(2, 0), level);
-  if (level < kUpright) return {0, pitch, portable::atan2(-r(0, 1), r(1, 1))};
-  return {portable::atan2(r(2, 1), r(2, 2)), pitch, portable::atan2(r(1, 0), r(0, 0))};
-}
-
 void set_origin(Element& joint, const Pose& pose) {
   Element* origin = joint.FirstChildElement("origin");
   if (origin == nullptr) origin = joint.InsertNewChildElement("origin");
-  const Eigen::Vector3d angles = angles_of(pose.orientation);
+  const Eigen::Vector3d angles = xml::angles_of(pose.orientation);
   for (const auto& [attribute, v] : {std::pair{"xyz", pose.position}, std::pair{"rpy", angles}})
     origin->SetAttribute(attribute, absl::StrFormat("%.17g %.17g %.17g", v.x(), v.y(), v.z()).c_str());
 }

@@ -13,6 +13,7 @@
 #include <numbers>
 #include <utility>
 
+#include "lpss/base/portable_math.h"
 #include "lpss/base/rotation.h"
 #include "lpss/model/limits.h"
 
@@ -233,6 +234,17 @@ std::string child_text(const Element& element, const char* name) {
   return child == nullptr ? "" : text_of(*child);
 }
 
+std::string attribute_of(const Element* element, const char* name) {
+  const char* const value = element == nullptr ? nullptr : element->Attribute(name);
+  return value == nullptr ? "" : value;
+}
+
+Element& copy_into(const Element& element, Element& parent) {
+  tinyxml2::XMLNode* const copy = element.DeepClone(parent.GetDocument());
+  parent.InsertEndChild(copy);
+  return *copy->ToElement();
+}
+
 absl::StatusOr<std::string> required_attribute(const Element& element, const char* name) {
   const char* value = element.Attribute(name);
   if (value == nullptr || *value == '\0') return invalid(element, "the attribute '", name, "' is missing");
@@ -305,6 +317,15 @@ absl::StatusOr<RelativePose> pose_of(const Element& pose) {
   if (!rotation.ok()) return rotation.status();
   result.pose = {{(*numbers)[0], (*numbers)[1], (*numbers)[2]}, *rotation};
   return result;
+}
+
+Eigen::Vector3d angles_of(const Eigen::Quaterniond& rotation) {
+  constexpr double kUpright = 1e-12;  // below, roll and yaw turn about one axis, and all is yaw
+  const Eigen::Matrix3d r = rotation.toRotationMatrix();
+  const double level = std::sqrt(r(0, 0) * r(0, 0) + r(1, 0) * r(1, 0));
+  const double pitch = portable::atan2(-r(2, 0), level);
+  if (level < kUpright) return {0, pitch, portable::atan2(-r(0, 1), r(1, 1))};
+  return {portable::atan2(r(2, 1), r(2, 2)), pitch, portable::atan2(r(1, 0), r(0, 0))};
 }
 
 void set_pose(Element& element, const Pose& pose) {

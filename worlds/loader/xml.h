@@ -8,6 +8,7 @@
 #include <tinyxml2.h>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
@@ -72,6 +73,12 @@ std::string text_of(const Element& element);
 // The text of the first child of that name; empty if there is none.
 std::string child_text(const Element& element, const char* name);
 
+// The attribute; empty if there is none, or no element.
+std::string attribute_of(const Element* element, const char* name);
+
+// A copy of an element, of another document too, as the last child of `parent`.
+Element& copy_into(const Element& element, Element& parent);
+
 // INVALID_ARGUMENT if the attribute is missing or empty.
 absl::StatusOr<std::string> required_attribute(const Element& element, const char* name);
 
@@ -94,6 +101,9 @@ absl::StatusOr<RelativePose> pose_of(const Element& pose);
 // Rewrites a valid <pose> with its rotation as a quaternion. libsdformat would turn angles into one by the C
 // library's functions, whose last bits depend on the processor.
 void write_as_quaternion(Element& pose);
+
+// Roll, pitch and yaw (rad): about the fixed x, then y, then z axis.
+Eigen::Vector3d angles_of(const Eigen::Quaterniond& rotation);
 
 // Rewrites a <pose> as this one, relative to the enclosing frame.
 void set_pose(Element& element, const Pose& pose);
