@@ -1,4 +1,6 @@
 // Programs: fields, portals, thrusters, wings, tracks and joints that break, against the formulas for them.
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -135,6 +137,53 @@ Scene turns_on_the_spot() {
   return scene;
 }
 
+// What is put on a belt slides until it has its speed, v / (mu g), and is v^2 / (2 mu g) behind by then.
+Scene is_carried_by_a_belt() {
+  Scene scene = program_scene("is_carried_by_a_belt", 4);
+  static constexpr double kSpeed = 1.5;
+  static constexpr double kFriction = 0.3;
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    BodyDescription& belt =
+        builder.add("belt", builder.shape(Box{{7, 1, 1}}), 1, {kPlace, 0.2, -0.5}, Motion::kKinematic);
+    belt.properties.friction = 1;
+    belt.programs.push_back(example_program("belt", {{"speed", kSpeed}, {"acceleration", 1e4}}));
+    add_body(builder, "crate", Box{{0.5, 0.5, 0.5}}, 3, {kPlace - 3, 0.2, 0.25}, kFriction);
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double slides = kSpeed / (kFriction * kGravity);
+    const double right = kSpeed * (4 - slides) + kSpeed * slides / 2;
+    return {{"way", "m", right, course.last("crate").place.x() - (kPlace - 3), 4 * kSpeed * course.dt()},
+            {"speed", "m/s", kSpeed, course.last("crate").velocity.x(), 1e-3}};
+  };
+  return scene;
+}
+
+// On two tracks it goes as fast as they run.
+Scene goes_on_treads() {
+  Scene scene = program_scene("goes_on_treads", 5);
+  static constexpr double kSpeed = 0.8;
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder = on_plane(with_gravity(settings, {0, 0, -kGravity}), 0.8);
+    BodyDescription& hull = add_body(builder, "hull", Box{{1, 0.5, 0.2}}, 20, {kPlace, 0.2, 0.3}, 0.5);
+    hull.programs.push_back(example_program(
+        "treads", {{"left", 3}, {"right", 4}, {"separation", 0.8}, {"speed", kSpeed}, {"acceleration", 1}}));
+    for (const auto& [name, y] : {std::pair{"left", 0.6}, std::pair{"right", -0.2}}) {
+      add_body(builder, name, Box{{1, 0.1, 0.3}}, 5, {kPlace, y, 0.15}, 0.8);
+      builder.tie(absl::StrCat(name, "_mount"), JointType::kFixed, "hull", name, {kPlace, y, 0.2});
+    }
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const Glance& last = course.last("hull");
+    const double right = kSpeed * 5 - kSpeed * kSpeed / 2;
+    return {{"way", "m", right, last.place.x() - kPlace, 4 * kSpeed * course.dt()},
+            {"speed", "m/s", kSpeed, last.velocity.x(), 0.01 * kSpeed}};
+  };
+  return scene;
+}
+
 // A weight hangs from a joint, and is pulled the harder the later: it tears when m g + c t is what it bears.
 Scene tears() {
   Scene scene = program_scene("tears", 3);
@@ -162,7 +211,15 @@ Scene tears() {
 }  // namespace
 
 std::vector<Scene> force_scenes() {
-  return {blows_along(), draws(), falls_for_ever(), takes_off(), falls_flat(), turns_on_the_spot(), tears()};
+  return {blows_along(),
+          draws(),
+          falls_for_ever(),
+          takes_off(),
+          falls_flat(),
+          turns_on_the_spot(),
+          is_carried_by_a_belt(),
+          goes_on_treads(),
+          tears()};
 }
 
 }  // namespace tessera::truth

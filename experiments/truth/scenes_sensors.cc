@@ -172,6 +172,31 @@ Scene ranges_in_rows() {
   return scene;
 }
 
+// The pixels of a depth camera: the corner of four by two, at tan(angle / 2) (3/4, 1/2) of the wall.
+Scene sees_a_wall() {
+  Scene scene = program_scene("depth_camera_at_a_wall", 0.2);
+  static constexpr double kAway = 2.5;  // m
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    builder.add("wall", builder.shape(Box{{1, 20, 6}}), 1, {kPlace + kAway - 1 + 0.5, 0, 0}, Motion::kStatic);
+    builder.add("eye", builder.shape(Sphere{0.1}), 1, {kPlace - 1, 0.2, 0.1}, Motion::kKinematic)
+        .programs.push_back(example_program("ranger", {{"rays", 4},
+                                                       {"angle", 2 * std::atan(0.8)},
+                                                       {"rows", 2},
+                                                       {"row_angle", 2 * std::atan(0.4)},
+                                                       {"plane", 1}}));
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double corner = kAway * Vector3d(1, 0.8 * 0.75, 0.4 * 0.5).norm();
+    const double inner = kAway * Vector3d(1, 0.8 * 0.25, 0.4 * 0.5).norm();
+    return {{"lower right corner", "m", corner, course.published("eye", "range_0"), 1e-5},
+            {"upper left corner", "m", corner, course.published("eye", "range_7"), 1e-5},
+            {"beside the middle", "m", inner, course.published("eye", "range_5"), 1e-5}};
+  };
+  return scene;
+}
+
 // The field of the world along the axes of a body that is turned by an angle: f cos and -f sin.
 Scene finds_north() {
   Scene scene = program_scene("magnetometer_that_is_turned", 0.2);
@@ -304,9 +329,19 @@ Scene follows_the_earth() {
 }  // namespace
 
 std::vector<Scene> sensor_scenes() {
-  return {feels_the_slope(),  feels_the_slope_mounted(), feels_the_turn(), is_pressed(),
-          is_loaded(),        is_loaded_mounted(),       ranges(),         ranges_in_rows(),
-          follows_its_pose(), falls_by_altimeter(),      feels_the_air(),  finds_north(),
+  return {feels_the_slope(),
+          feels_the_slope_mounted(),
+          feels_the_turn(),
+          is_pressed(),
+          is_loaded(),
+          is_loaded_mounted(),
+          ranges(),
+          ranges_in_rows(),
+          sees_a_wall(),
+          follows_its_pose(),
+          falls_by_altimeter(),
+          feels_the_air(),
+          finds_north(),
           follows_the_earth()};
 }
 

@@ -10,16 +10,19 @@ namespace tessera {
 const Program& ackermann_program();
 const Program& altimeter_program();
 const Program& barometer_program();
+const Program& belt_program();
 const Program& breaker_program();
 const Program& character_program();
 const Program& diff_drive_program();
 const Program& field_program();
 const Program& floater_program();
+const Program& hydrodynamics_program();
 const Program& imu_program();
 const Program& load_program();
 const Program& magnetometer_program();
 const Program& motorcycle_program();
 const Program& mover_program();
+const Program& multicopter_program();
 const Program& pad_program();
 const Program& pid_program();
 const Program& portal_program();
@@ -30,19 +33,47 @@ const Program& thruster_program();
 const Program& touch_program();
 const Program& tracks_program();
 const Program& trajectory_program();
+const Program& treads_program();
 const Program& vehicle_program();
+const Program& velocity_control_program();
 const Program& wander_program();
+const Program& wind_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 26> builtin_programs() {
-  return {&ackermann_program(), &altimeter_program(),  &barometer_program(),    &breaker_program(),
-          &character_program(), &diff_drive_program(), &field_program(),        &floater_program(),
-          &imu_program(),       &load_program(),       &magnetometer_program(), &motorcycle_program(),
-          &mover_program(),     &pad_program(),        &pid_program(),          &portal_program(),
-          &pose_program(),      &ranger_program(),     &satellite_program(),    &thruster_program(),
-          &touch_program(),     &tracks_program(),     &trajectory_program(),   &vehicle_program(),
-          &wander_program(),    &wing_program()};
+inline std::array<const Program*, 32> builtin_programs() {
+  return {&ackermann_program(),
+          &altimeter_program(),
+          &barometer_program(),
+          &belt_program(),
+          &breaker_program(),
+          &character_program(),
+          &diff_drive_program(),
+          &field_program(),
+          &floater_program(),
+          &hydrodynamics_program(),
+          &imu_program(),
+          &load_program(),
+          &magnetometer_program(),
+          &motorcycle_program(),
+          &mover_program(),
+          &multicopter_program(),
+          &pad_program(),
+          &pid_program(),
+          &portal_program(),
+          &pose_program(),
+          &ranger_program(),
+          &satellite_program(),
+          &thruster_program(),
+          &touch_program(),
+          &tracks_program(),
+          &trajectory_program(),
+          &treads_program(),
+          &vehicle_program(),
+          &velocity_control_program(),
+          &wander_program(),
+          &wind_program(),
+          &wing_program()};
 }
 
 }  // namespace tessera

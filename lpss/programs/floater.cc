@@ -27,7 +27,9 @@ enum class Parameter {
   kDamping,
   kWave,
   kWavelength,
-  kPeriod
+  kPeriod,
+  kMiddle,
+  kAir = kMiddle + 3
 };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"level", "m", 0, -1e4, 1e4, "Of the water at rest, above where the centre of mass started."},
@@ -42,6 +44,11 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"wavelength", "m", 20, 0.1, 1e4, "From crest to crest."},
     {"period", "s", 4, 0.1, 1e3,
      "From one crest to the next at a place; one is where the body started at tick 0."},
+    {"x", "m", 0, -1e3, 1e3,
+     "Where the middle of the box is, from the centre of mass, along the body's x axis,"},
+    {"y", "m", 0, -1e3, 1e3, "along its y axis,"},
+    {"z", "m", 0, -1e3, 1e3, "and along its z axis."},
+    {"air", "kg/m^3", 0, 0, 1e3, "The density of the air above the water."},
 });
 
 enum class Value { kDisplaced };
@@ -103,8 +110,10 @@ class Floater final : public Program {
   static void add_column(const Senses& senses, double along, double across, Lift& lift) {
     const Eigen::Quaterniond turn = senses.orientation();
     const Eigen::Vector3d axis = turn * Eigen::Vector3d::UnitZ();
-    const Eigen::Vector3d middle = turn * Eigen::Vector3d(along * parameter(senses, Parameter::kLength),
-                                                          across * parameter(senses, Parameter::kWidth), 0);
+    const Eigen::Vector3d place(&at(senses.parameters, Parameter::kMiddle));
+    const Eigen::Vector3d middle =
+        turn * (place + Eigen::Vector3d(along * parameter(senses, Parameter::kLength),
+                                        across * parameter(senses, Parameter::kWidth), 0));
     // In the middle of the tick that comes: a force from its beginning would give a swing more and more
     // energy.
     const Eigen::Vector3d way = (senses.velocity() + senses.angular_velocity().cross(middle)) * senses.dt / 2;
@@ -115,18 +124,23 @@ class Floater final : public Program {
     const double tall = std::max(height * upright, 1e-3 * height);
     const double depth = level_at(senses, from_start.x()) - from_start.z();  // of its middle
     const double wet = std::clamp(depth / tall + 0.5, 0.0, 1.0);
-    if (wet == 0) return;
     const double area =
         parameter(senses, Parameter::kLength) * parameter(senses, Parameter::kWidth) / (kColumns * kColumns);
+    const double side = axis.z() < 0 ? -1 : 1;
+    const double air = parameter(senses, Parameter::kAir) * (1 - wet) * height * area;  // kg
+    if (air > 0) add_lift(-air * senses.gravity, middle + side * axis * (height * wet / 2), lift);
+    if (wet == 0) return;
     const double volume = wet * height * area;
     const double mass = volume * parameter(senses, Parameter::kDensity);
-    const double side = axis.z() < 0 ? -1 : 1;
     const Eigen::Vector3d lever = middle - side * axis * (height * (1 - wet) / 2);
     const Eigen::Vector3d velocity = senses.velocity() + senses.angular_velocity().cross(lever);
-    const Eigen::Vector3d force = -mass * senses.gravity + drag(senses, velocity, volume, mass);
+    add_lift(-mass * senses.gravity + drag(senses, velocity, volume, mass), lever, lift);
+    lift.volume += volume;
+  }
+
+  static void add_lift(const Eigen::Vector3d& force, const Eigen::Vector3d& lever, Lift& lift) {
     lift.force += force;
     lift.torque += lever.cross(force);
-    lift.volume += volume;
   }
 
   // It slows what moves, and never turns it round within a tick.

@@ -12,7 +12,7 @@ namespace tessera {
 namespace imu {
 namespace {
 
-enum class Parameter { kX, kY, kZ, kNoise, kTurnNoise, kRoll, kPitch, kYaw };
+enum class Parameter { kX, kY, kZ, kNoise, kTurnNoise, kRoll, kPitch, kYaw, kErrors, kTurnErrors = 13 };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"x", "m", 0, -1e3, 1e3, "Where it is in the body frame,"},
     {"y", "m", 0, -1e3, 1e3, "along its y axis,"},
@@ -22,9 +22,27 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"roll", "rad", 0, -7, 7, "How it is turned in the body frame: about the x axis first,"},
     {"pitch", "rad", 0, -7, 7, "then about the y axis,"},
     {"yaw", "rad", 0, -7, 7, "then about the z axis of the body."},
+    {"offset", "m/s^2", 0, -1e3, 1e3, "The mean error of each acceleration."},
+    {"bias", "m/s^2", 0, 0, 1e3, "The standard deviation of an error that stays as it is from the start on,"},
+    {"drift", "m/s^2", 0, 0, 1e3, "and of one that wanders,"},
+    {"drift_time", "s", 100, 0, 1e6, "and after this time has e^-1 of its correlation."},
+    {"precision", "m/s^2", 0, 0, 1e3, "Accelerations are shown as multiples of this; 0: as they are."},
+    {"turn_offset", "rad/s", 0, -1e3, 1e3, "Likewise of rates of turn,"},
+    {"turn_bias", "rad/s", 0, 0, 1e3, "likewise,"},
+    {"turn_drift", "rad/s", 0, 0, 1e3, "likewise,"},
+    {"turn_drift_time", "s", 100, 0, 1e6, "likewise,"},
+    {"turn_precision", "rad/s", 0, 0, 1e3, "likewise."},
 });
 
-enum class Value { kAcceleration, kTurn = 3, kVelocity = 6, kMeasures = 9, kOrientation = 10 };
+enum class Value {
+  kAcceleration,
+  kTurn = 3,
+  kVelocity = 6,
+  kMeasures = 9,
+  kOrientation = 10,
+  kDrift = 14,
+  kTurnDrift = 17
+};
 constexpr auto kValues = std::to_array<NumberSpec>({
     {"acceleration_x", "m/s^2", 0, 0, 0, "As felt: in free fall 0, at rest upwards. Along its x axis,"},
     {"acceleration_y", "m/s^2", 0, 0, 0, "its y axis,"},
@@ -40,6 +58,12 @@ constexpr auto kValues = std::to_array<NumberSpec>({
     {"qy", "", 0, 0, 0, "its y,"},
     {"qz", "", 0, 0, 0, "its z,"},
     {"qw", "", 1, 0, 0, "and its real part, which is not below 0."},
+    {"drift_x", "m/s^2", 0, 0, 0, "The error of the acceleration that wanders, along its x axis,"},
+    {"drift_y", "m/s^2", 0, 0, 0, "its y axis,"},
+    {"drift_z", "m/s^2", 0, 0, 0, "and its z axis."},
+    {"turn_drift_x", "rad/s", 0, 0, 0, "That of the rate of turn, about its x axis,"},
+    {"turn_drift_y", "rad/s", 0, 0, 0, "its y axis,"},
+    {"turn_drift_z", "rad/s", 0, 0, 0, "and its z axis."},
 });
 
 Eigen::Map<Eigen::Vector3d> vector_at(std::span<double> values, Value first) {
@@ -71,9 +95,13 @@ class Imu final : public Program {
     // The mean over a tick is along the axes of its middle.
     const Eigen::Quaterniond halfway = rotation_by(-0.5 * senses.dt * senses.angular_velocity()) * own;
     vector_at(values, Value::kAcceleration) =
-        halfway.conjugate() * acceleration + noise(senses, Parameter::kNoise, 0);
-    vector_at(values, Value::kTurn) =
-        own.conjugate() * senses.angular_velocity() + noise(senses, Parameter::kTurnNoise, 3);
+        with_lasting_errors(senses, lasting_errors(senses, Parameter::kErrors),
+                            halfway.conjugate() * acceleration + noise(senses, Parameter::kNoise, 0), 6,
+                            vector_at(values, Value::kDrift));
+    vector_at(values, Value::kTurn) = with_lasting_errors(
+        senses, lasting_errors(senses, Parameter::kTurnErrors),
+        own.conjugate() * senses.angular_velocity() + noise(senses, Parameter::kTurnNoise, 3), 12,
+        vector_at(values, Value::kTurnDrift));
     Eigen::Map<Eigen::Vector4d> orientation(&at(values, Value::kOrientation));
     orientation = own.coeffs();
     if (own.w() < 0) orientation = -orientation;

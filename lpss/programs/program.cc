@@ -84,7 +84,8 @@ bool is_act(const Command& command) {
   return std::holds_alternative<PushBody>(command) || std::holds_alternative<ApplyForce>(command) ||
          std::holds_alternative<ApplyImpulse>(command) || std::holds_alternative<KinematicTarget>(command) ||
          std::holds_alternative<Teleport>(command) || std::holds_alternative<RemoveJoint>(command) ||
-         std::holds_alternative<SetDrives>(command) || std::holds_alternative<TellProgram>(command);
+         std::holds_alternative<SetDrives>(command) || std::holds_alternative<SetSurfaceMotion>(command) ||
+         std::holds_alternative<TellProgram>(command);
 }
 
 void Actor::push(const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
@@ -146,6 +147,13 @@ void Actor::drive(const SensedJoint& joint, std::size_t axis, const JointDrive& 
   } else {
     commands_.emplace_back(command);
   }
+}
+
+void Actor::move_surface(BodyId body, const Eigen::Vector3d& velocity, const Eigen::Vector3d& running) {
+  if (!are_finite(velocity, running)) return fail(kNotFinite);
+  if (std::max(velocity.norm(), running.norm()) > kSurfaceSpeedMax)
+    return fail(absl::StrCat("it moves a surface faster than ", kSurfaceSpeedMax, " m/s"));
+  commands_.push_back(SetSurfaceMotion{body, array_of(velocity), array_of(running)});
 }
 
 void Actor::remove_joint(JointId joint) { commands_.emplace_back(RemoveJoint{joint}); }

@@ -141,6 +141,9 @@ class Actor {
   // Sets the drive of an axis of a joint, and wakes its bodies; nothing where the axis has that drive. What
   // the axis cannot have stops the instance. Each axis is for one program.
   void drive(const SensedJoint& joint, std::size_t axis, const JointDrive& drive);
+  // How the surface of a body that can move does so from then on (m/s, in its body frame): Surface::velocity
+  // and Surface::running. What touches it wakes.
+  void move_surface(BodyId body, const Eigen::Vector3d& velocity, const Eigen::Vector3d& running);
   // Takes a joint out of the world.
   void remove_joint(JointId joint);
   // Sets numbers of a program, of any body.

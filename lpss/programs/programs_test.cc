@@ -33,10 +33,10 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
   const auto record = new_program("walker");
   EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(record.status().message(),
-            "there is no program \"walker\"; there are: ackermann, altimeter, barometer, breaker, character, "
-            "diff_drive, field, floater, imu, load, magnetometer, motorcycle, mover, pad, pid, portal, pose, "
-            "ranger, "
-            "satellite, thruster, touch, tracks, trajectory, vehicle, wander, wing");
+            "there is no program \"walker\"; there are: ackermann, altimeter, barometer, belt, breaker,"
+            " character, diff_drive, field, floater, hydrodynamics, imu, load, magnetometer, "
+            "motorcycle, mover, multicopter, pad, pid, portal, pose, ranger, satellite, thruster, "
+            "touch, tracks, trajectory, treads, vehicle, velocity_control, wander, wind, wing");
 }
 
 // A snapshot, which has what programs do in the next tick, can be restored.
@@ -69,6 +69,11 @@ TEST(Programs, AreStoppedForWhatASnapshotCannotHave) {
   EXPECT_EQ(fault_of([&](Actor& actor) { actor.move_to(endless); }), not_finite);
   EXPECT_EQ(fault_of([&](Actor& actor) { actor.push(none, endless); }), not_finite);
   EXPECT_EQ(fault_of([&](Actor& actor) { actor.push_awake(endless, none); }), not_finite);
+  EXPECT_EQ(fault_of([&](Actor& actor) { actor.move_surface(BodyId{2}, none, endless); }), not_finite);
+  EXPECT_EQ(fault_of([&](Actor& actor) {
+              actor.move_surface(BodyId{2}, {0, 1001, 0}, none);
+            }),
+            "it moves a surface faster than 1000 m/s");
   EXPECT_EQ(fault_of([&](Actor& actor) { actor.push_other(BodyId{2}, endless); }), not_finite);
   EXPECT_EQ(fault_of([&](Actor& actor) { actor.impulse(BodyId{2}, none, endless); }), not_finite);
 }

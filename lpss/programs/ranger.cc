@@ -8,19 +8,19 @@
 #include <string>
 #include <vector>
 
-#include "lpss/base/portable_math.h"
 #include "lpss/model/limits.h"
 #include "lpss/programs/builtin.h"
 #include "lpss/programs/measuring.h"
 #include "lpss/programs/noise.h"
 #include "lpss/programs/numbers.h"
 #include "lpss/programs/places.h"
+#include "lpss/programs/ray_fan.h"
 
 namespace tessera {
 namespace ranger {
 namespace {
 
-constexpr std::size_t kRaysMax = 1024;
+constexpr std::size_t kRaysMax = RayFan::kRaysMax;
 
 enum class Parameter {
   kX,
@@ -40,6 +40,7 @@ enum class Parameter {
   kPitch,
   kYaw,
   kRate,
+  kPlane,
 };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"x", "m", 0, -1e3, 1e3, "Where it is in the body frame,"},
@@ -64,6 +65,9 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"yaw", "rad", 0, -7, 7, "then about the z axis of the body."},
     {"rate", "Hz", 0, 0, 1e4,
      "How often it measures; 0: in every tick. In between it shows what it has measured."},
+    {"plane", "", 0, 0, 1,
+     "1: rays go through the middles of even parts of a plane, as those of a depth camera; the angles of a "
+     "row and of the rows, at most 3, are from edge to edge."},
 });
 
 enum class Value { kHits, kNearest, kRange };
@@ -100,13 +104,14 @@ class Ranger final : public Program {
  public:
   absl::string_view kind() const override { return "ranger"; }
   absl::string_view summary() const override {
-    return "Measures distances along up to 1,024 rays that fan out in rows, as laser scanners and sonars do.";
+    return "Measures distances along up to 1,024 rays in rows, as laser scanners, sonars and depth cameras "
+           "do.";
   }
   std::span<const NumberSpec> parameters() const override { return kParameters; }
   std::span<const NumberSpec> inputs() const override { return {}; }
   std::span<const NumberSpec> values() const override { return value_table(); }
   std::size_t value_count(std::span<const double> parameters) const override {
-    return static_cast<std::size_t>(Value::kRange) + rays_of(parameters);
+    return static_cast<std::size_t>(Value::kRange) + fan_of(parameters).count();
   }
 
   void ask(const Senses& senses, std::span<const double> values, Asker& asker) const override {
@@ -117,15 +122,10 @@ class Ranger final : public Program {
         senses.position() + lever_of(senses, body, Eigen::Vector3d(senses.parameters.data()));
     const Eigen::Quaterniond turn = body * mounting(senses, Parameter::kRoll);
     const auto mask = static_cast<std::uint32_t>(of(Parameter::kMask));
-    const std::size_t rays = in_row(senses.parameters);
-    const Fan headings(of(Parameter::kHeading), of(Parameter::kAngle), rays);
-    const Fan elevations(of(Parameter::kElevation), of(Parameter::kRowAngle),
-                         static_cast<std::size_t>(of(Parameter::kRows)));
+    const RayFan fan = fan_of(senses.parameters);
     const double least = least_of(senses);
-    for (std::size_t n = 0; n < rays_of(senses.parameters); ++n) {
-      const auto [rise, flat] = portable::sincos(elevations.at(n / rays));
-      const auto [sin, cos] = portable::sincos(headings.at(n % rays));
-      const Eigen::Vector3d direction = turn * Eigen::Vector3d(flat * cos, flat * sin, rise).normalized();
+    for (std::size_t n = 0; n < fan.count(); ++n) {
+      const Eigen::Vector3d direction = turn * fan.direction(n);
       asker.cast(from + least * direction, direction, of(Parameter::kMost) - least, 0, mask);
     }
   }
@@ -152,26 +152,15 @@ class Ranger final : public Program {
   }
 
  private:
-  // Angles that are even distances apart.
-  class Fan {
-   public:
-    Fan(double middle, double angle, std::size_t count)
-        : step_(count > 1 ? angle / static_cast<double>(count - 1) : 0),
-          first_(middle - step_ * static_cast<double>(count - 1) / 2) {}
-    double at(std::size_t n) const { return first_ + step_ * static_cast<double>(n); }
-
-   private:
-    double step_;
-    double first_;
-  };
-
-  static std::size_t in_row(std::span<const double> parameters) {
-    return static_cast<std::size_t>(parameter(parameters, Parameter::kRays));
-  }
-  static std::size_t rays_of(std::span<const double> parameters) {
-    const std::size_t rays = in_row(parameters);
-    const auto rows = static_cast<std::size_t>(parameter(parameters, Parameter::kRows));
-    return rays * std::min(rows, kRaysMax / rays);
+  static RayFan fan_of(std::span<const double> parameters) {
+    const auto of = [&](Parameter place) { return parameter(parameters, place); };
+    return {.rays = static_cast<std::size_t>(of(Parameter::kRays)),
+            .rows = static_cast<std::size_t>(of(Parameter::kRows)),
+            .heading = of(Parameter::kHeading),
+            .angle = of(Parameter::kAngle),
+            .elevation = of(Parameter::kElevation),
+            .row_angle = of(Parameter::kRowAngle),
+            .on_plane = of(Parameter::kPlane) >= 0.5};
   }
   static double least_of(const Senses& senses) {
     return std::min(at(senses.parameters, Parameter::kLeast), at(senses.parameters, Parameter::kMost));

@@ -56,6 +56,20 @@ TEST(Breaker, AChainBreaksAtItsWeakestLinkWhenThatBearsTooMuch) {
   }
 }
 
+TEST(Breaker, ReleasesAJointWhenItIsToldTo) {
+  WorldBuilder builder(settings_of(1));
+  builder.add_chain(4, {0.3, 0.2, 1.4}, -Eigen::Vector3d::UnitZ());
+  builder.world().bodies[1].programs = {example_program("breaker", {{"joint", 3}})};  // that holds its child
+  Watched world(builder, 4);
+  world.run(2);
+  for (const std::uint64_t joint : {1, 2, 3, 4}) EXPECT_TRUE(has_joint(world, joint)) << joint;
+  world.tell("link1", "release", 1);
+  world.run(0.1);
+  EXPECT_FALSE(has_joint(world, 3));
+  for (const std::uint64_t joint : {1, 2, 4}) EXPECT_TRUE(has_joint(world, joint)) << joint;
+  EXPECT_EQ(value_of(world.body("link1"), "broken"), 1);
+}
+
 TEST(Breaker, ABeamBreaksAtItsRootWhereTheTorqueIsLargest) {
   constexpr double kMost = 60;    // N m
   constexpr double kRate = 0.05;  // N a tick

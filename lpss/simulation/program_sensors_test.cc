@@ -309,5 +309,72 @@ TEST(SatelliteReceiver, IsWhereItIsSaidToBeAnywhereOnEarth) {
   }
 }
 
+// Mean, deviation, and correlation with what it was a second before, of numbers a tick apart.
+struct Statistics {
+  double mean = 0;
+  double deviation = 0;
+  double correlation = 0;
+};
+Statistics statistics_of(const std::vector<double>& numbers) {
+  Statistics result;
+  for (const double number : numbers) result.mean += number / static_cast<double>(numbers.size());
+  double sum = 0;
+  double together = 0;
+  for (std::size_t n = 0; n < numbers.size(); ++n) {
+    const double off = numbers[n] - result.mean;
+    sum += off * off;
+    if (n >= 60) together += off * (numbers[n - 60] - result.mean);
+  }
+  result.deviation = std::sqrt(sum / static_cast<double>(numbers.size()));
+  result.correlation = together / sum;
+  return result;
+}
+
+TEST(Imu, ItsErrorsHaveTheStatisticsThatItIsTold) {
+  WorldSettings settings = settings_of(64);
+  settings.gravity = UniformGravity{{0, 0, 0}};
+  settings.sleep_after = 0;  // never
+  WorldBuilder builder(settings);
+  const auto add = [&](const std::string& name, double y, const ProgramNumbers& numbers) {
+    add_box(builder, name, {1, 1, 1}, {0.1, y, 0}, Motion::kDynamic)
+        .programs.push_back(example_program("imu", numbers));
+  };
+  constexpr int kInstances = 30;
+  add("noisy", 0, {{"noise", 0.2}, {"turn_noise", 0.05}, {"offset", 0.5}, {"turn_offset", -0.1}});
+  add("wanders", 3, {{"drift", 0.3}, {"drift_time", 2}});
+  add("coarse", 6, {{"noise", 0.2}, {"precision", 0.25}});
+  for (int n = 0; n < kInstances; ++n) add("biased" + std::to_string(n), 9 + 3 * n, {{"bias", 0.4}});
+  Watched world(builder);
+  std::vector<double> accelerations;
+  std::vector<double> turns;
+  std::vector<double> drifts;
+  for (int tick = 0; tick < 6000; ++tick) {
+    world.cluster().step();
+    accelerations.push_back(value_of(world.body("noisy"), "acceleration_x"));
+    turns.push_back(value_of(world.body("noisy"), "turn_z"));
+    drifts.push_back(value_of(world.body("wanders"), "acceleration_y"));
+    const double coarse = value_of(world.body("coarse"), "acceleration_z") / 0.25;
+    ASSERT_EQ(coarse, std::round(coarse));
+  }
+  const Statistics acceleration = statistics_of(accelerations);
+  EXPECT_NEAR(acceleration.mean, 0.5, 4 * 0.2 / std::sqrt(6000.0));
+  EXPECT_NEAR(acceleration.deviation, 0.2, 0.01);
+  EXPECT_NEAR(acceleration.correlation, 0, 0.06);
+  EXPECT_NEAR(statistics_of(turns).mean, -0.1, 4 * 0.05 / std::sqrt(6000.0));
+  EXPECT_NEAR(statistics_of(turns).deviation, 0.05, 0.003);
+  const Statistics drift = statistics_of(drifts);
+  EXPECT_NEAR(drift.deviation, 0.3, 0.1) << "100 s are 50 correlation times";
+  EXPECT_NEAR(drift.correlation, std::exp(-0.5), 0.15);
+  std::vector<double> biases;
+  for (int n = 0; n < kInstances; ++n) {
+    for (const char* axis : {"acceleration_x", "acceleration_y", "acceleration_z"})
+      biases.push_back(value_of(world.body("biased" + std::to_string(n)), axis));
+  }
+  EXPECT_NEAR(statistics_of(biases).deviation, 0.4, 4 * 0.4 / std::sqrt(2.0 * 3 * kInstances));
+  const double before = value_of(world.body("biased0"), "acceleration_x");
+  world.run(1);
+  EXPECT_EQ(value_of(world.body("biased0"), "acceleration_x"), before) << "it stays";
+}
+
 }  // namespace
 }  // namespace tessera

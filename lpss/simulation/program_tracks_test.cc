@@ -117,5 +117,90 @@ TEST(Tracks, StandOnASlopeWithinTheirGrip) {
   }
 }
 
+// A vehicle whose tracks are bodies of this length.
+void add_treads(WorldBuilder& builder, const std::string& name, const Eigen::Vector3d& place,
+                const ProgramNumbers& inputs, double length = 0.4) {
+  const auto first = static_cast<double>(builder.world().bodies.size() + 1);
+  ProgramNumbers numbers = {{"left", first + 1}, {"right", first + 2}, {"separation", 0.8}};
+  numbers.insert(numbers.end(), inputs.begin(), inputs.end());
+  add_box(builder, name, {1, 0.5, 0.2}, place + Eigen::Vector3d(0, 0, 0.3), Motion::kDynamic, 20)
+      .programs.push_back(example_program("treads", numbers));
+  for (const auto& [side, y] : {std::pair{"_left", 0.4}, std::pair{"_right", -0.4}}) {
+    const Eigen::Vector3d at = place + Eigen::Vector3d(0, y, 0.15);
+    add_box(builder, name + side, {length, 0.1, 0.3}, at, Motion::kDynamic, 5).properties.friction = 0.8;
+    builder.tie(name + side + "_mount", JointType::kFixed, name, name + side, at);
+  }
+}
+
+TEST(Treads, GoTurnAndStandStill) {
+  WorldBuilder builder(settings_of());
+  builder.add_floor(50, 0);
+  builder.world().bodies.back().properties.friction = 0.8;
+  add_treads(builder, "robot", {0.1, 0.2, 0}, {});
+  Watched world(builder, 2);
+  world.run(0.5);
+  world.tell("robot", "speed", 1);
+  world.run(3);
+  EXPECT_NEAR(world.velocity("robot").x(), 1, 0.01);
+  world.step({told_all(world.world(), "robot", {{"speed", 0}, {"turn", 0.8}})});
+  world.run(4);
+  EXPECT_GT(world.body("robot").state.angular_velocity[2], 0.3) << "it turns to the left, and slips";
+  EXPECT_NEAR(world.velocity("robot").norm(), 0, 0.05);
+  world.step({told_all(world.world(), "robot", {{"speed", 0}, {"turn", 0}})});
+  world.run(4);
+  EXPECT_EQ(world.body("robot").state.activity, Activity::kAsleep);
+}
+
+// A patch resists twisting although it slides: long tracks need help to turn.
+TEST(Treads, ThatAreLongTurnWithHelp) {
+  WorldBuilder builder(settings_of());
+  builder.add_floor(50, 0);
+  builder.world().bodies.back().properties.friction = 0.8;
+  add_treads(builder, "robot", {0.1, 0.2, 0}, {{"turn", 0.5}, {"help", 300}, {"turn_help", 200}}, 1);
+  Watched world(builder, 2);
+  world.run(4);
+  EXPECT_NEAR(world.body("robot").state.angular_velocity[2], 0.5, 0.01);
+  EXPECT_NEAR(world.velocity("robot").norm(), 0, 0.01);
+  world.step({told_all(world.world(), "robot", {{"speed", 0.6}, {"turn", 0.4}})});
+  world.run(4);
+  EXPECT_NEAR(world.body("robot").state.angular_velocity[2], 0.4, 0.01);
+  EXPECT_NEAR(world.velocity("robot").norm(), 0.6, 0.01);
+  world.step({told_all(world.world(), "robot", {{"speed", 0}, {"turn", 0}})});
+  world.run(4);
+  EXPECT_EQ(world.body("robot").state.activity, Activity::kAsleep);
+}
+
+TEST(Belt, CarriesAndStops) {
+  WorldBuilder builder(settings_of());
+  add_box(builder, "belt", {12, 2, 1}, {-2, 0, -0.5}, Motion::kKinematic)
+      .programs.push_back(example_program("belt", {{"turn", EIGEN_PI}}));
+  add_box(builder, "crate", {0.5, 0.5, 0.5}, {0.1, 0.2, 0.25}, Motion::kDynamic);
+  Watched world(builder, 2);
+  world.run(3);
+  EXPECT_EQ(world.body("crate").state.activity, Activity::kAsleep);
+  world.tell("belt", "speed", 1);
+  world.run(2.5);
+  EXPECT_NEAR(world.velocity("crate").x(), -1, 0.01) << "it wakes, and speeds up by 1 m/s^2";
+  world.tell("belt", "speed", 0);
+  world.run(4);
+  EXPECT_EQ(world.body("crate").state.activity, Activity::kAsleep);
+  EXPECT_NEAR(world.position("crate").x(), 0.1 - 0.5 - 1.5 - 0.5, 0.1);
+}
+
+TEST(Programs, OfSurfacesAreTheSameOnAnyPartitions) {
+  WorldBuilder builder(settings_of(8));
+  builder.add_floor(50, 0);
+  for (int n = 0; n < 4; ++n) {
+    const std::string number = std::to_string(n);
+    const double x = -11 + 6.5 * n;
+    add_treads(builder, "robot" + number, {x, 0.3, 0}, {{"speed", 1 + 0.1 * n}, {"turn", 0.3 * n - 0.4}});
+    add_box(builder, "belt" + number, {6, 2, 0.5}, {x, 5, 0.25}, Motion::kKinematic)
+        .programs.push_back(example_program("belt", {{"speed", 1.5}, {"round", n % 2}}));
+    add_box(builder, "crate" + number, {0.5, 0.5, 0.5}, {x, 5, 0.75}, Motion::kDynamic);
+  }
+  const auto alone = cluster_of(builder.world(), 1);
+  expect_the_same_on_any_partitions(builder.world(), hashes_of(*alone, 200));
+}
+
 }  // namespace
 }  // namespace tessera
