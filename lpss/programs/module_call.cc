@@ -197,6 +197,8 @@ bool ModuleCall::act(Import import, const double* arguments) {
       return take(tell(arguments));
     case Import::kDrive:
       return take(drive(arguments));
+    case Import::kRemoveJoint:
+      return take(remove_joint(arguments[0]));
     default:
       if (arguments[0] < 1) return end(absl::StrCat("wake_in: ", arguments[0], " ticks must be at least 1"));
       actor->wake_in(static_cast<std::uint64_t>(arguments[0]));
@@ -256,11 +258,27 @@ absl::Status ModuleCall::tell(const double* arguments) {
   return absl::OkStatus();
 }
 
-absl::Status ModuleCall::drive(const double* arguments) {
-  const auto joint = std::ranges::find_if(senses_.joints, [&](const SensedJoint& sensed) {
-    return static_cast<double>(sensed.record.id.value) == arguments[0];
+const SensedJoint* ModuleCall::found(double joint) const {
+  const auto found = std::ranges::find_if(senses_.joints, [&](const SensedJoint& sensed) {
+    return static_cast<double>(sensed.record.id.value) == joint;
   });
-  if (joint == senses_.joints.end())
+  return found == senses_.joints.end() ? nullptr : &*found;
+}
+
+absl::Status ModuleCall::remove_joint(double id) {
+  const SensedJoint* const joint = found(id);
+  if (joint == nullptr)
+    return refused("remove_joint: joint = ", id, " must be one that was asked for and is there");
+  const JointProperties& properties = joint->record.properties;
+  if (properties.parent != senses_.body && properties.child != senses_.body)
+    return refused("remove_joint: joint = ", id, " must be one of its body");
+  actor->remove_joint(joint->record.id);
+  return absl::OkStatus();
+}
+
+absl::Status ModuleCall::drive(const double* arguments) {
+  const SensedJoint* const joint = found(arguments[0]);
+  if (joint == nullptr)
     return refused("drive: joint = ", arguments[0], " must be one that was asked for and is there");
   const auto axes = axes_of(joint->record.properties).size();
   if (!(arguments[1] >= 0 && arguments[1] < static_cast<double>(axes)))

@@ -46,6 +46,9 @@ class ModuleCall final : public wasm::Host {
   absl::Status impulse(const double* arguments);
   absl::Status tell(const double* arguments);
   absl::Status drive(const double* arguments);
+  absl::Status remove_joint(double id);
+  // Of those that were found for its questions; null: it is not among them.
+  const SensedJoint* found(double joint) const;
 
   const Senses& senses_;
   std::span<double> values_;

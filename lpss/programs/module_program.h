@@ -31,6 +31,7 @@ class ModuleProgram final : public Program, public ProgramModule {
   std::span<const NumberSpec> inputs() const override { return inputs_; }
   std::span<const NumberSpec> values() const override { return values_; }
   std::optional<Motion> motion() const override { return text_.motion; }
+  bool removes_joints() const override { return code_.removes_joints; }
   bool acts_on_others() const override { return true; }
 
   void ask(const Senses& senses, std::span<const double> values, Asker& asker) const override;

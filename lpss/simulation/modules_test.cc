@@ -39,6 +39,7 @@ constexpr char kImports[] = R"(
   (import "tessera" "joint_findings" (func $joint_findings (param i32) (result i32)))
   (import "tessera" "joint_finding" (func $joint_finding (param i32 i32 i32)))
   (import "tessera" "drive" (func $drive (param f64 i32 i32 f64 f64 f64 f64 f64)))
+  (import "tessera" "remove_joint" (func $remove_joint (param f64)))
   (import "tessera" "push_awake" (func $push (param f64 f64 f64 f64 f64 f64)))
   (import "tessera" "impulse" (func $impulse (param f64 f64 f64 f64 f64 f64 f64)))
   (import "tessera" "tell" (func $tell (param f64 i32 i32 f64)))
@@ -416,6 +417,39 @@ TEST(Modules, DriveBothAxesOfAJoint) {
   EXPECT_EQ(record_after({{"axis", 2}}).fault,
             "tick 1: drive: axis = 2 must be below 2, the axes of joint 1");
   EXPECT_EQ(record_after({{"mode", 7}}).fault, "tick 1: drive: mode = 7 must be at most 4");
+}
+
+// Of a chain of three, the second link lets go of the third; a joint that is not its own, it cannot remove.
+TEST(Modules, RemoveJointsOfTheirBodyAlone) {
+  constexpr char kText[] =
+      "program | cutter | Cuts a joint.\nmotion | dynamic\nparameter | joint | joint | 0 | 0 | 9e15 | "
+      "Which.\n";
+  constexpr char kCutter[] = R"(
+    (memory 1)
+    (func (export "ask") (call $parameters (i32.const 0)) (call $joint (f64.load (i32.const 0))))
+    (func (export "run")
+      (call $parameters (i32.const 0))
+      (if (call $joint_findings (i32.const 0)) (then (call $remove_joint (f64.load (i32.const 0))))))
+  )";
+  for (const std::uint32_t partitions : {1u, 3u}) {
+    for (const std::uint64_t joint : {3u, 1u}) {
+      WorldBuilder builder(settings_of(1));
+      builder.add_chain(3, {0.3, 0.2, 1.4}, -Eigen::Vector3d::UnitZ());
+      const auto module = module_of(kCutter, kText);
+      builder.world().settings.modules = {module};
+      ProgramRecord cutter = *new_program(module->kind);
+      ASSERT_TRUE(set_number(cutter, "joint", static_cast<double>(joint)).ok());
+      builder.world().bodies[1].programs = {cutter};
+      const auto cluster = cluster_of(builder.world(), partitions);
+      for (int tick = 0; tick < 5; ++tick) cluster->step();
+      bool is_there = false;
+      for (Rank rank = 0; rank < cluster->size(); ++rank)
+        is_there = is_there || cluster->partition(rank).joints.find(JointId{joint}) != nullptr;
+      EXPECT_EQ(is_there, joint == 1);
+      EXPECT_THAT(cluster->body(BodyId{2})->programs[0].fault,
+                  joint == 1 ? HasSubstr("remove_joint: joint = 1 must be one of its body") : HasSubstr(""));
+    }
+  }
 }
 
 TEST(Modules, AreKnownWhileAWorldHasThem) {

@@ -31,6 +31,7 @@ enum class Import : std::uint8_t {
   kMoveTo,
   kTell,
   kDrive,
+  kRemoveJoint,
   kWakeIn,
 };
 
@@ -50,7 +51,7 @@ inline constexpr ImportSpec kImports[] = {
     {"inside", "F", ""},          {"body", "F", ""},         {"joints", "", ""},
     {"joint", "F", ""},           {"push", "FFFFFF", ""},    {"push_awake", "FFFFFF", ""},
     {"impulse", "FFFFFFF", ""},   {"move_to", "FFF", ""},    {"tell", "FiiF", ""},
-    {"drive", "FiiFFFFF", ""},    {"wake_in", "i", ""},
+    {"drive", "FiiFFFFF", ""},    {"remove_joint", "F", ""}, {"wake_in", "i", ""},
 };
 inline constexpr std::size_t kImportParametersMax = 9;
 

@@ -99,6 +99,8 @@ class ModuleWriter {
     for (const Data& data : module_.data) std::ranges::copy(data.bytes, result.memory.begin() + data.offset);
     result.block_shift = sandbox_.block_shift;
     result.has_ask = module_.ask.has_value();
+    result.removes_joints = std::ranges::any_of(
+        module_.imports, [](const auto& import) { return import.import == Import::kRemoveJoint; });
     return result;
   }
 

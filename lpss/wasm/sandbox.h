@@ -26,6 +26,7 @@ struct SandboxedModule {
   std::string memory;       // as it begins, in full
   std::uint32_t block_shift = 0;
   bool has_ask = false;
+  bool removes_joints = false;  // it asks for the function that does
 };
 
 // INVALID_ARGUMENT, naming the section and the byte of the file.

@@ -139,6 +139,8 @@ enum tessera_drive_mode {
 TESSERA_IMPORT(drive)
 void tessera_drive(double joint, int axis, int mode, double target, double stiffness, double damping,
                    double velocity, double effort);
+/* Takes a joint of its body, which was found in this run, out of the world. */
+TESSERA_IMPORT(remove_joint) void tessera_remove_joint(double joint);
 /* It runs again in so many ticks, at least 1, even if its body sleeps. */
 TESSERA_IMPORT(wake_in) void tessera_wake_in(int ticks);
 

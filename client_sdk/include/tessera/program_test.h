@@ -58,12 +58,13 @@ enum tessera_test_done {
   TESSERA_DID_IMPULSE,
   TESSERA_DID_MOVE_TO,
   TESSERA_DID_TELL,
-  TESSERA_DID_DRIVE
+  TESSERA_DID_DRIVE,
+  TESSERA_DID_REMOVE_JOINT
 };
 
 struct tessera_test_act {
   enum tessera_test_done kind;
-  double body;      /* that is pushed off, or told; or the joint that is driven */
+  double body;      /* that is pushed off, or told; or the joint that is driven or removed */
   double force[3];  /* or the impulse, or where to */
   double torque[3]; /* or the lever */
   int program;      /* that is told, as what follows */
@@ -333,6 +334,12 @@ void tessera_drive(double joint, int axis, int mode, double target, double stiff
   act->mode = mode;
   act->value = target;
   memcpy(act->servo, numbers + 1, sizeof act->servo);
+}
+void tessera_remove_joint(double joint) {
+  int found = 0;
+  for (int n = 0; n < tessera_test.joint_count; ++n) found |= tessera_test.joints[n].joint == joint;
+  tessera_test_require(found, "it removes a joint that was not found");
+  tessera_test_acts(TESSERA_DID_REMOVE_JOINT, joint, 0, 0, 0);
 }
 void tessera_wake_in(int ticks) {
   tessera_test_require(tessera_test.calls == 'r' && ticks >= 1, "wake_in: in run(), at least 1 tick");

@@ -135,4 +135,5 @@ export declare function impulse(body: f64, x: f64, y: f64, z: f64, lever_x: f64,
 @external("tessera", "drive")
 export declare function drive(joint: f64, axis: i32, mode: i32, target: f64, stiffness: f64, damping: f64, velocity: f64,
                               effort: f64): void;
+@external("tessera", "remove_joint") export declare function remove_joint(joint: f64): void;
 @external("tessera", "wake_in") export declare function wake_in(ticks: i32): void;

@@ -129,6 +129,7 @@ mod host {
             velocity: f64,
             effort: f64,
         );
+        pub fn remove_joint(joint: f64);
         pub fn wake_in(ticks: i32);
     }
 }
@@ -230,6 +231,9 @@ pub fn drive(joint: f64, axis: i32, drive: Drive) {
         }
     };
     unsafe { host::drive(joint, axis, mode, target, stiffness, damping, velocity, effort) }
+}
+pub fn remove_joint(joint: f64) {
+    unsafe { host::remove_joint(joint) }
 }
 pub fn wake_in(ticks: i32) {
     unsafe { host::wake_in(ticks) }
