@@ -250,6 +250,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("fountain", 300),
       from_file("globe", 600),
       from_file("house", 300),
+      from_file("harbour", 300),
       from_file("machines", 180),
       from_file("road", 300),
       from_file("rover", 300),

@@ -5,6 +5,8 @@
 #include <absl/strings/string_view.h>
 #include <absl/strings/strip.h>
 
+#include "worlds/gazebo/numbers.h"
+
 namespace tessera::gazebo {
 namespace {
 
@@ -70,6 +72,16 @@ std::optional<ModelParts::Place> ModelParts::place(const std::string& name) cons
     at = attached;
   }
   return std::nullopt;
+}
+
+double ModelParts::mass(const Element* but) const {
+  double sum = 0;
+  for (const Element* link = first_link(); link != nullptr; link = link->NextSiblingElement("link")) {
+    Numbers numbers;
+    const double mass = numbers.read(tessera::gazebo::find(link, {"inertial", "mass"}), 0);
+    if (link != but && mass > 0) sum += mass;
+  }
+  return sum;
 }
 
 std::string ModelParts::name_of(const Element& part) const {

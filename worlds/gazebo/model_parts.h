@@ -20,6 +20,8 @@ class ModelParts {
   xml::Element* link(const std::string& name) const { return find("link", name); }
   xml::Element* joint(const std::string& name) const;
   xml::Element* first_link() const { return model_.FirstChildElement("link"); }
+  // kg, of its links, as far as they say; but for one.
+  double mass(const xml::Element* but = nullptr) const;
 
   struct Place {
     xml::Element* link = nullptr;

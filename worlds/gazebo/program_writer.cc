@@ -11,6 +11,7 @@
 #include "lpss/programs/registry.h"
 
 namespace tessera::gazebo {
+
 ProgramWriter::ProgramWriter(absl::string_view kind, absl::string_view name)
     : kind_(kind), name_(absl::StrReplaceAll(name, {{";", "_"}})) {
   if (name_.size() > kProgramTextBytesMax || !is_utf8(name_)) name_.clear();
@@ -44,6 +45,13 @@ absl::Status ProgramWriter::write(xml::Element& link) const {
     element.SetAttribute(name.c_str(), absl::StrFormat("%.17g", value).c_str());
   for (const auto& [name, id] : ids_) element.SetAttribute(name.c_str(), id.c_str());
   return absl::OkStatus();
+}
+
+void write_drive(xml::Element& joint, const char* mode, double target) {
+  if (joint.FirstChildElement("tessera:drive") != nullptr) return;
+  xml::Element& drive = *joint.InsertNewChildElement("tessera:drive");
+  drive.SetAttribute("mode", mode);
+  drive.SetAttribute("target", target);
 }
 
 }  // namespace tessera::gazebo

@@ -46,4 +46,8 @@ class ProgramWriter {
   std::vector<std::pair<std::string, std::string>> ids_;
 };
 
+// Gives a <joint> a drive of its first axis: its `mode`, and the target (rad, m, rad/s or m/s). One that the
+// file gives it stays.
+void write_drive(xml::Element& joint, const char* mode, double target);
+
 }  // namespace tessera::gazebo

@@ -1,5 +1,6 @@
 #include "worlds/gazebo/sensors.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/string_view.h>
 
@@ -33,21 +34,23 @@ class Reading {
   Reading(const Sensor& sensor, Notices& notices) : sensor_(sensor), notices_(notices) {}
 
   const Element& element() const { return sensor_.element; }
+  double number_of(const Element& parent, const char* child) { return numbers_.read(parent, child, 0); }
   double number(std::initializer_list<const char*> way, double otherwise) {
     return numbers_.read(find(&sensor_.element, way), otherwise);
   }
   // The standard deviation that the <noise> of an element has; old files have it without `type`. What else a
   // noise has is named.
-  double deviation(const Element* noisy) {
+  double deviation(const Element* noisy, bool has_lasting_errors = false) {
     const Element* const noise = find(noisy, {"noise"});
-    return noise == nullptr ? 0 : deviation_of(*noise);
+    return noise == nullptr ? 0 : deviation_of(*noise, has_lasting_errors);
   }
   double deviation(std::initializer_list<const char*> way) { return deviation(find(&sensor_.element, way)); }
   // The largest of three axes.
-  double deviation_of_axes(const Element* parent) {
+  double deviation_of_axes(const Element* parent, bool has_lasting_errors = false) {
     std::array<double, 3> axes{};
     const std::array<const char*, 3> names = {"x", "y", "z"};
-    for (std::size_t n = 0; n < axes.size(); ++n) axes[n] = deviation(find(parent, {names[n]}));
+    for (std::size_t n = 0; n < axes.size(); ++n)
+      axes[n] = deviation(find(parent, {names[n]}), has_lasting_errors);
     const double most = *std::ranges::max_element(axes);
     if (*std::ranges::min_element(axes) != most) leave_out("axes with noise of their own");
     return most;
@@ -57,9 +60,10 @@ class Reading {
   const absl::Status& status() const { return numbers_.status(); }
 
  private:
-  double deviation_of(const Element& noise) {
+  double deviation_of(const Element& noise, bool has_lasting_errors) {
     for (const char* part : {"mean", "bias_mean", "bias_stddev", "dynamic_bias_stddev", "precision"}) {
-      if (numbers_.read(noise, part, 0) != 0) leave_out(absl::StrCat("<", part, "> of noise"));
+      if (!has_lasting_errors && numbers_.read(noise, part, 0) != 0)
+        leave_out(absl::StrCat("<", part, "> of noise"));
     }
     return std::abs(numbers_.read(noise, "stddev", 0));
   }
@@ -68,6 +72,24 @@ class Reading {
   Notices& notices_;
   Numbers numbers_;
 };
+
+// What a <noise> of an IMU has beside what is drawn anew in each tick. `numbers`: before the names of the
+// program's numbers.
+void write_lasting_errors(Reading& reading, const Element* axes, const std::string& numbers,
+                          ProgramWriter& program) {
+  const Element* const noise = find(axes, {"x", "noise"});
+  if (noise == nullptr) return;
+  const auto number = [&](const char* name) { return reading.number_of(*noise, name); };
+  const double time = number("dynamic_bias_correlation_time");
+  program.set(numbers + "offset", number("mean") + number("bias_mean"))
+      .set(numbers + "bias", std::abs(number("bias_stddev")))
+      .set(numbers + "precision", std::abs(number("precision")));
+  // Gazebo's is how fast it wanders.
+  if (time > 0) {
+    program.set(numbers + "drift", std::abs(number("dynamic_bias_stddev")) * std::sqrt(time / 2))
+        .set(numbers + "drift_time", time);
+  }
+}
 
 void write_imu(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
   program.set_place(sensor.pose).set_turn(sensor.pose);
@@ -78,8 +100,12 @@ void write_imu(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
         .set("noise", std::abs(numbers.read(find(old, {"accel", "stddev"}), 0)));
     return;
   }
-  program.set("turn_noise", reading.deviation_of_axes(find(imu, {"angular_velocity"})))
-      .set("noise", reading.deviation_of_axes(find(imu, {"linear_acceleration"})));
+  const Element* const turn = find(imu, {"angular_velocity"});
+  const Element* const acceleration = find(imu, {"linear_acceleration"});
+  program.set("turn_noise", reading.deviation_of_axes(turn, /*has_lasting_errors=*/true))
+      .set("noise", reading.deviation_of_axes(acceleration, /*has_lasting_errors=*/true));
+  write_lasting_errors(reading, turn, "turn_", program);
+  write_lasting_errors(reading, acceleration, "", program);
 }
 
 struct Fan {
@@ -145,6 +171,32 @@ void write_sonar(const Sensor& sensor, Reading& reading, ProgramWriter& program)
       .set("rate", reading.number({"update_rate"}, 0));
 }
 
+// Of an image, as many pixels as it may have rays, in its proportions.
+void write_depth_camera(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
+  constexpr double kPixelsMax = 1024;
+  const double width = std::max(std::round(reading.number({"camera", "image", "width"}, 320)), 1.0);
+  const double height = std::max(std::round(reading.number({"camera", "image", "height"}, 240)), 1.0);
+  const double field = std::clamp(reading.number({"camera", "horizontal_fov"}, 1.047), 0.01, 3.0);
+  const double part = std::min(std::sqrt(kPixelsMax / (width * height)), 1.0);
+  const double columns = std::clamp(std::floor(width * part), 1.0, kPixelsMax);
+  const double rows = std::clamp(std::floor(height * part), 1.0, std::floor(kPixelsMax / columns));
+  if (part < 1)
+    reading.note(absl::StrCat(width, " x ", height, " pixels are thinned out to ", columns, " x ", rows));
+  if (absl::StartsWith(sensor.type, "rgbd")) reading.leave_out("colours");
+  const double half = portable::sincos(field / 2).sin / portable::sincos(field / 2).cos;
+  program.set_place(sensor.pose)
+      .set_turn(sensor.pose)
+      .set("plane", 1)
+      .set("rays", columns)
+      .set("rows", rows)
+      .set("angle", field)
+      .set("row_angle", std::min(2 * portable::atan2(half * height / width, 1), 3.0))
+      .set("least", reading.number({"camera", "clip", "near"}, 0.1))
+      .set("most", std::min(reading.number({"camera", "clip", "far"}, 10), kProgramCastMax))
+      .set("noise", reading.deviation({"camera"}))
+      .set("rate", reading.number({"update_rate"}, 0));
+}
+
 void write_contact(const Sensor&, Reading&, ProgramWriter&) {}
 
 void write_altimeter(const Sensor&, Reading& reading, ProgramWriter& program) {
@@ -178,6 +230,8 @@ constexpr std::array kKinds = {
     Kind{"air_pressure", "barometer", write_barometer},
     Kind{"altimeter", "altimeter", write_altimeter},
     Kind{"contact", "touch", write_contact},
+    Kind{"depth", "ranger", write_depth_camera},
+    Kind{"depth_camera", "ranger", write_depth_camera},
     Kind{"gps", "satellite", write_satellite},
     Kind{"gpu_lidar", "ranger", write_lidar},
     Kind{"gpu_ray", "ranger", write_lidar},
@@ -186,6 +240,8 @@ constexpr std::array kKinds = {
     Kind{"magnetometer", "magnetometer", write_magnetometer},
     Kind{"navsat", "satellite", write_satellite},
     Kind{"ray", "ranger", write_lidar},
+    Kind{"rgbd", "ranger", write_depth_camera},
+    Kind{"rgbd_camera", "ranger", write_depth_camera},
     Kind{"sonar", "ranger", write_sonar},
 };
 

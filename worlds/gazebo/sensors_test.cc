@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 #include <string>
 
@@ -42,6 +43,22 @@ TEST(SensorsOfFiles, AnImuHasItsPlaceItsTurnAndItsNoise) {
   EXPECT_EQ(number_of(imu, "noise"), 0);
 }
 
+TEST(SensorsOfFiles, AnImuHasItsBiasAndItsDrift) {
+  const ProgramRecord imu = program_of(
+      "<sensor name='nose' type='imu'><imu><linear_acceleration><x><noise "
+      "type='gaussian'><mean>0.1</mean><stddev>0.02"
+      "</stddev><bias_mean>0.2</bias_mean><bias_stddev>0.003</bias_stddev><dynamic_bias_stddev>0.004"
+      "</dynamic_bias_stddev><dynamic_bias_correlation_time>200</"
+      "dynamic_bias_correlation_time><precision>0.01"
+      "</precision></noise></x></linear_acceleration></imu></sensor>");
+  EXPECT_NEAR(number_of(imu, "offset"), 0.3, 1e-15);
+  EXPECT_EQ(number_of(imu, "bias"), 0.003);
+  EXPECT_NEAR(number_of(imu, "drift"), 0.04, 1e-15);
+  EXPECT_EQ(number_of(imu, "drift_time"), 200);
+  EXPECT_EQ(number_of(imu, "precision"), 0.01);
+  EXPECT_EQ(number_of(imu, "turn_bias"), 0);
+}
+
 TEST(SensorsOfFiles, ALidarHasItsRaysInRows) {
   const ProgramRecord lidar = program_of(
       "<sensor name='top' type='gpu_lidar'><update_rate>10</update_rate><lidar><scan>"
@@ -60,6 +77,25 @@ TEST(SensorsOfFiles, ALidarHasItsRaysInRows) {
   EXPECT_EQ(number_of(lidar, "most"), 10);
   EXPECT_EQ(number_of(lidar, "noise"), 0.02);
   EXPECT_EQ(number_of(lidar, "rate"), 10);
+}
+
+TEST(SensorsOfFiles, ADepthCameraHasAsManyPixelsAsItMayHaveRays) {
+  const LoadedWorld loaded = load_sensor(
+      "<sensor name='eye' type='rgbd_camera'><pose>0.1 0 0.2 0 0 "
+      "0</pose><update_rate>15</update_rate><camera>"
+      "<horizontal_fov>1.2</horizontal_fov><image><width>640</width><height>480</height></"
+      "image><clip><near>0.2</near>"
+      "<far>8</far></clip></camera></sensor>");
+  const ProgramRecord& camera = loaded.world.bodies.at(0).programs.at(0);
+  EXPECT_EQ(camera.kind, "ranger");
+  EXPECT_EQ(number_of(camera, "plane"), 1);
+  EXPECT_EQ(number_of(camera, "rays"), 36);
+  EXPECT_EQ(number_of(camera, "rows"), 27);
+  EXPECT_EQ(number_of(camera, "angle"), 1.2);
+  EXPECT_NEAR(number_of(camera, "row_angle"), 2 * std::atan(std::tan(0.6) * 0.75), 1e-12);
+  EXPECT_EQ(number_of(camera, "most"), 8);
+  EXPECT_THAT(loaded.notices,
+              Contains("1 x <sensor> rgbd_camera: 640 x 480 pixels are thinned out to 36 x 27"));
 }
 
 TEST(SensorsOfFiles, ALidarOfTooManyRaysIsThinnedOut) {

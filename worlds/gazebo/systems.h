@@ -21,8 +21,4 @@ std::string skipped(const xml::Element& plugin);
 // libignition-gazebo6-diff-drive-system.so, and gz::sim::systems::DiffDrive.
 std::string canonical_name(const xml::Element& plugin);
 
-// Gives a <joint> a drive of its first axis: its `mode`, and the target (rad, m, rad/s or m/s). One that the
-// file gives it stays.
-void write_drive(xml::Element& joint, const char* mode, double target);
-
 }  // namespace tessera::gazebo

@@ -1,6 +1,7 @@
 // Gazebo's systems in world files as programs and drives.
 #include "worlds/gazebo/systems.h"
 
+#include <absl/strings/str_replace.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -150,16 +151,22 @@ TEST(SystemsOfFiles, AWingHasNoLiftWhereGazeboHasNone) {
   EXPECT_NEAR(number_of(wing, "induced") * lift * lift, 0.64 * 0.3, 1e-15);
 }
 
+TEST(SystemsOfFiles, ATouchPluginIsASensorOfItsFirstLink) {
+  const LoadedWorld loaded =
+      load(cart("<plugin name='gz::sim::systems::TouchPlugin' filename='gz-sim-touchplugin-system'/>"));
+  EXPECT_EQ(programs_of(loaded, 0).at(0).kind, "touch");
+}
+
 TEST(SystemsOfFiles, WhatTesseraDoesOfItselfIsNoNews) {
   const LoadedWorld loaded =
       load(world("<plugin filename='gz-sim-physics-system' name='gz::sim::systems::Physics'/>"
-                 "<plugin filename='ignition-gazebo-buoyancy-system' name='b'/>" +
+                 "<plugin filename='gz-sim-camera-video-recorder-system' name='b'/>" +
                  model("m",
                        "<plugin filename='gz-sim-joint-state-publisher-system' name='j'/>"
                        "<plugin filename='libmine.so' name='x'/>")));
   EXPECT_THAT(loaded.notices, testing::UnorderedElementsAre(
-                                  "1 x <plugin> ignition-gazebo-buoyancy-system skipped: it would have let "
-                                  "bodies float: see the program floater",
+                                  "1 x <plugin> gz-sim-camera-video-recorder-system skipped: nothing is "
+                                  "rendered",
                                   "1 x <plugin> libmine.so skipped"));
 }
 
@@ -202,6 +209,156 @@ TEST(SystemsOfFiles, JointsOfRosControlHoldWhereTheyAre) {
       "name='initial_value'>0.4</param></state_interface></joint></ros2_control>");
   EXPECT_EQ(drive.mode, DriveMode::kPosition);
   EXPECT_EQ(drive.target, 0.4);
+}
+
+TEST(SystemsOfFiles, WhatMovesByVelocitiesIsLed) {
+  const LoadedWorld free = load(cart(
+      "<plugin name='p' filename='gz-sim-velocity-control-system'><initial_linear>0.3 0 0.1</initial_linear>"
+      "<initial_angular>0 0 -0.2</initial_angular></plugin>"));
+  const ProgramRecord& led = programs_of(free, 0).at(0);
+  EXPECT_EQ(led.kind, "velocity_control");
+  EXPECT_EQ(number_of(led, "planar"), 0);
+  EXPECT_EQ(number_of(led, "x"), 0.3);
+  EXPECT_EQ(number_of(led, "z"), 0.1);
+  EXPECT_EQ(number_of(led, "turn_z"), -0.2);
+  const LoadedWorld planar =
+      load(cart("<plugin name='p' "
+                "filename='libgazebo_ros_planar_move.so'><robotBaseFrame>base</robotBaseFrame></plugin>"));
+  EXPECT_EQ(number_of(programs_of(planar, 0).at(0), "planar"), 1);
+  EXPECT_EQ(programs_of(planar, 0).at(1).kind, "pose");
+  const LoadedWorld mecanum = load(
+      cart("<plugin name='p' filename='gz-sim-mecanum-drive-system'><front_left_joint>left</front_left_joint>"
+           "<max_linear_acceleration>2</max_linear_acceleration></plugin>"));
+  EXPECT_EQ(number_of(programs_of(mecanum, 0).at(0), "acceleration"), 2);
+}
+
+TEST(SystemsOfFiles, AMulticopterKnowsItsRotors) {
+  const std::string rotor =
+      "<rotor><jointName>JOINT</jointName><forceConstant>1e-5</forceConstant><momentConstant>"
+      "0.02</momentConstant><direction>1</direction></rotor>";
+  const auto of = [&](const std::string& joint) { return absl::StrReplaceAll(rotor, {{"JOINT", joint}}); };
+  const LoadedWorld loaded = load(
+      cart("<plugin name='m' filename='gz-sim-multicopter-motor-model-system'><jointName>left</jointName>"
+           "<maxRotVelocity>1000</maxRotVelocity></plugin>"
+           "<plugin name='p' filename='gz-sim-multicopter-control-system'><comLinkName>base</comLinkName>"
+           "<rotorConfiguration>" +
+           of("left") + of("right") +
+           "</rotorConfiguration><maximumLinearAcceleration>1 1 2</maximumLinearAcceleration></plugin>"));
+  const ProgramRecord& drone = programs_of(loaded, 0).at(0);
+  EXPECT_EQ(drone.kind, "multicopter");
+  EXPECT_NEAR(number_of(drone, "thrust"), 10 + 6.4, 1e-9) << "800 rad/s, where nothing else is said";
+  EXPECT_NEAR(number_of(drone, "torque"), 16.4 * 0.7 / 2, 1e-9);
+  EXPECT_NEAR(number_of(drone, "turn_torque"), 16.4 * 0.02 / 2, 1e-9);
+  EXPECT_EQ(number_of(drone, "acceleration"), 1);
+  EXPECT_EQ(programs_of(loaded, 1).at(0).kind, "thruster");
+}
+
+TEST(SystemsOfFiles, DerivativesOfAVesselAreItsDragAndItsAddedMass) {
+  const LoadedWorld loaded = load(cart(
+      "<plugin name='p' filename='gz-sim-hydrodynamics-system'><link_name>base</link_name><xDotU>-4.9</xDotU>"
+      "<nDotR>-33</nDotR><xU>-1.5</xU><xUabsU>-6.2</xUabsU><yVV>-601</yVV><nRR>-632</nRR><default_current>0 "
+      "1 0"
+      "</default_current></plugin>"));
+  const ProgramRecord& hull = programs_of(loaded, 0).at(0);
+  EXPECT_EQ(hull.kind, "hydrodynamics");
+  EXPECT_EQ(number_of(hull, "mass_x"), 4.9);
+  EXPECT_EQ(number_of(hull, "inertia_z"), 33);
+  EXPECT_EQ(number_of(hull, "drag_x"), 1.5);
+  EXPECT_EQ(number_of(hull, "square_drag_x"), 6.2);
+  EXPECT_EQ(number_of(hull, "square_drag_y"), 601);
+  EXPECT_EQ(number_of(hull, "square_turn_drag_z"), 632);
+  EXPECT_EQ(number_of(hull, "current_y"), 1);
+}
+
+TEST(SystemsOfFiles, WaterLiftsWhatHasAVolume) {
+  const std::string ball =
+      "<pose>0 0 2 0 0 0</pose><collision name='c'><pose>0 0 0.1 0 0 0</pose><geometry><sphere>"
+      "<radius>0.5</radius></sphere></geometry></collision>";
+  const auto in_water = [&](const std::string& water) {
+    return load(world("<plugin name='p' filename='gz-sim-buoyancy-system'>" + water + "</plugin>" +
+                      model("ball", "", ball) + "<model name='wall'><static>true</static><link name='l'>" +
+                      kUnitBox + "</link></model>"));
+  };
+  const LoadedWorld deep = in_water("<uniform_fluid_density>1025</uniform_fluid_density>");
+  const ProgramRecord& floater = programs_of(deep, 0).at(0);
+  EXPECT_EQ(floater.kind, "floater");
+  EXPECT_EQ(number_of(floater, "density"), 1025);
+  EXPECT_EQ(number_of(floater, "level"), 1e4);
+  EXPECT_EQ(number_of(floater, "drag"), 0);
+  EXPECT_NEAR(number_of(floater, "z"), 0.1, 1e-12);
+  const double volume =
+      number_of(floater, "length") * number_of(floater, "width") * number_of(floater, "height");
+  EXPECT_NEAR(volume, 4.0 / 3 * std::numbers::pi / 8, 1e-9);
+  EXPECT_THAT(programs_of(deep, 1), IsEmpty());
+  const LoadedWorld surface = in_water(
+      "<graded_buoyancy><default_density>1000</default_density><density_change><above_depth>0.5</above_depth>"
+      "<density>1</density></density_change></graded_buoyancy>");
+  EXPECT_EQ(number_of(programs_of(surface, 0).at(0), "level"), -1.5) << "it starts 2 m above the origin";
+  EXPECT_EQ(number_of(programs_of(surface, 0).at(0), "air"), 1);
+  EXPECT_THAT(programs_of(in_water("<enable>wall</enable>"), 0), IsEmpty());
+}
+
+TEST(SystemsOfFiles, WindBlowsOnWhatFeelsIt) {
+  const LoadedWorld loaded =
+      load(world("<wind><linear_velocity>3 1 0</linear_velocity></wind><plugin name='p' "
+                 "filename='gz-sim-wind-effects-system'><force_approximation_scaling_factor>0.5"
+                 "</force_approximation_scaling_factor></plugin>" +
+                 model("leaf", "<enable_wind>true</enable_wind>") + model("stone", "")));
+  const ProgramRecord& wind = programs_of(loaded, 0).at(0);
+  EXPECT_EQ(wind.kind, "wind");
+  EXPECT_EQ(number_of(wind, "damping"), 0.5);
+  EXPECT_EQ(number_of(wind, "x"), 3);
+  EXPECT_EQ(number_of(wind, "y"), 1);
+  EXPECT_THAT(programs_of(loaded, 1), IsEmpty());
+}
+
+TEST(SystemsOfFiles, ADetachableJointHoldsUntilItIsReleased) {
+  const std::string plugin =
+      "<plugin name='drop' filename='gz-sim-detachable-joint-system'><parent_link>l</parent_link>"
+      "<child_model>CHILD</child_model><child_link>l</child_link></plugin>";
+  const auto with = [&](const std::string& child) {
+    return load(world(model("truck", absl::StrReplaceAll(plugin, {{"CHILD", child}})) + model("crate", "")));
+  };
+  const LoadedWorld loaded = with("crate");
+  ASSERT_EQ(loaded.world.joints.size(), 1u);
+  const JointProperties& joint = loaded.world.joints[0].properties;
+  EXPECT_EQ(joint.type, JointType::kFixed);
+  EXPECT_EQ(joint.parent.value, 1u);
+  EXPECT_EQ(joint.child.value, 2u);
+  const ProgramRecord& breaker = programs_of(loaded, 0).at(0);
+  EXPECT_EQ(breaker.kind, "breaker");
+  EXPECT_EQ(breaker.name, "drop");
+  EXPECT_EQ(number_of(breaker, "joint"), 1);
+  const LoadedWorld alone = with("cart");
+  EXPECT_THAT(alone.world.joints, IsEmpty());
+  EXPECT_THAT(alone.repairs, Contains(HasSubstr("there is no <model> 'cart' beside its own")));
+}
+
+TEST(SystemsOfFiles, TracksRunAroundTheirLinks) {
+  const LoadedWorld loaded = load(cart(
+      "<plugin name='p' filename='gz-sim-tracked-vehicle-system'><left_track><link>l</link></left_track>"
+      "<right_track><link>r</link></right_track><tracks_separation>0.4</tracks_separation><linear_velocity>"
+      "<max_acceleration>3</max_acceleration></linear_velocity></plugin>"));
+  const ProgramRecord& treads = programs_of(loaded, 0).at(0);
+  EXPECT_EQ(treads.kind, "treads");
+  EXPECT_EQ(number_of(treads, "left"), 2);
+  EXPECT_EQ(number_of(treads, "right"), 3);
+  EXPECT_EQ(number_of(treads, "left_2"), 0);
+  EXPECT_EQ(number_of(treads, "separation"), 0.4);
+  EXPECT_EQ(number_of(treads, "efficiency"), 0.5);
+  EXPECT_EQ(number_of(treads, "acceleration"), 3);
+}
+
+TEST(SystemsOfFiles, AConveyorThatDoesNotMoveIsLed) {
+  const LoadedWorld loaded = load(world(
+      model("belt",
+            "<static>true</static><plugin name='p' filename='gz-sim-track-controller-system'><link>l</link>"
+            "<max_acceleration>0.5</max_acceleration></plugin>")));
+  EXPECT_EQ(loaded.world.bodies.at(0).properties.motion, Motion::kKinematic);
+  const ProgramRecord& belt = programs_of(loaded, 0).at(0);
+  EXPECT_EQ(belt.kind, "belt");
+  EXPECT_EQ(number_of(belt, "round"), 1);
+  EXPECT_EQ(number_of(belt, "acceleration"), 0.5);
 }
 
 }  // namespace

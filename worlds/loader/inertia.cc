@@ -199,6 +199,31 @@ Eigen::Vector3d nearest_moments(const Eigen::Vector3d& principal, double mass) {
   return Eigen::Vector3d::Constant(spread.sum()) - spread;
 }
 
+// Of the densities of the file, or of this one (kg/m^3).
+absl::StatusOr<im::Inertiald> sum_of_collisions(const sdf::Link& link, std::optional<double> density,
+                                                MeshLibrary& meshes) {
+  std::optional<im::Inertiald> sum;
+  for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
+    const sdf::Collision& collision = *link.CollisionByIndex(n);
+    if (is_trigger(collision)) continue;
+    const absl::StatusOr<std::optional<im::Inertiald>> of_shape =
+        inertia_of(*collision.Geom(), density.value_or(density_of(collision)), meshes);
+    if (!of_shape.ok()) return of_shape.status();
+    if (!of_shape->has_value()) {
+      return absl::InvalidArgumentError(absl::StrCat("<inertial auto='true'>: collision '", collision.Name(),
+                                                     "' has no volume: its surface is not closed"));
+    }
+    const im::Inertiald& own = **of_shape;
+    im::Pose3d pose;
+    if (!collision.SemanticPose().Resolve(pose, "__link__").empty()) pose = collision.RawPose();
+    const im::Inertiald part(own.MassMatrix(), pose * own.Pose());
+    sum = sum ? *sum + part : part;
+  }
+  if (!sum)
+    return absl::InvalidArgumentError("<inertial auto='true'>: there is no collision to take it from");
+  return *sum;
+}
+
 }  // namespace
 
 PrincipalInertia principal_inertia(const Eigen::Matrix3d& tensor) {
@@ -259,26 +284,25 @@ void set_inertia(const im::Inertiald& inertial, BodyProperties& properties) {
 }
 
 absl::StatusOr<im::Inertiald> inertia_of_collisions(const sdf::Link& link, MeshLibrary& meshes) {
-  std::optional<im::Inertiald> sum;
-  for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
-    const sdf::Collision& collision = *link.CollisionByIndex(n);
-    if (is_trigger(collision)) continue;
-    const absl::StatusOr<std::optional<im::Inertiald>> of_shape =
-        inertia_of(*collision.Geom(), density_of(collision), meshes);
-    if (!of_shape.ok()) return of_shape.status();
-    if (!of_shape->has_value()) {
-      return absl::InvalidArgumentError(absl::StrCat("<inertial auto='true'>: collision '", collision.Name(),
-                                                     "' has no volume: its surface is not closed"));
-    }
-    const im::Inertiald& own = **of_shape;
-    im::Pose3d pose;
-    if (!collision.SemanticPose().Resolve(pose, "__link__").empty()) pose = collision.RawPose();
-    const im::Inertiald part(own.MassMatrix(), pose * own.Pose());
-    sum = sum ? *sum + part : part;
+  return sum_of_collisions(link, std::nullopt, meshes);
+}
+
+std::optional<Displacement> displacement_of_collisions(const sdf::Link& link, MeshLibrary& meshes) {
+  // Of water of 1 kg/m^3.
+  const absl::StatusOr<im::Inertiald> sum = sum_of_collisions(link, 1, meshes);
+  if (!sum.ok()) return std::nullopt;
+  const double volume = sum->MassMatrix().Mass();
+  const im::Vector3d moments = sum->MassMatrix().DiagonalMoments();
+  // For a box, of volume V: moments V (b^2 + c^2) / 12, and so on.
+  const double half = (moments.X() + moments.Y() + moments.Z()) / 2;
+  Eigen::Vector3d size;
+  for (const int axis : {0, 1, 2}) {
+    const double second = std::max(half - moments[static_cast<std::size_t>(axis)], 0.0);
+    size[axis] = std::sqrt(12 * second / volume);
   }
-  if (!sum)
-    return absl::InvalidArgumentError("<inertial auto='true'>: there is no collision to take it from");
-  return *sum;
+  if (!(volume > 0) || !(size.minCoeff() > 0)) return std::nullopt;
+  size *= portable::pow(volume / size.prod(), 1.0 / 3);
+  return Displacement{im::eigen3::convert(sum->Pose().Pos()), size};
 }
 
 }  // namespace tessera

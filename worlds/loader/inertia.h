@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <ignition/math/Inertial.hh>
+#include <optional>
 #include <sdf/Link.hh>
 #include <string>
 #include <vector>
@@ -46,5 +47,13 @@ void set_inertia(const ignition::math::Inertiald& inertial, BodyProperties& prop
 // of a mesh file, from the volume within its surface. INVALID_ARGUMENT for shapes that have no volume, such
 // as planes and surfaces with holes. Errors of meshes as read_mesh_file().
 absl::StatusOr<ignition::math::Inertiald> inertia_of_collisions(const sdf::Link& link, MeshLibrary& meshes);
+
+// What the collision shapes of a link displace.
+struct Displacement {
+  Eigen::Vector3d centre{0, 0, 0};  // m, of the volume, in the link's frame
+  Eigen::Vector3d size{0, 0, 0};  // m, of the box along its axes with this volume, shaped as the moments are
+};
+// None where they have no volume, such as planes and surfaces with holes.
+std::optional<Displacement> displacement_of_collisions(const sdf::Link& link, MeshLibrary& meshes);
 
 }  // namespace tessera

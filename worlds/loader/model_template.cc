@@ -31,8 +31,8 @@ Pose to_pose(const ignition::math::Pose3d& pose) {
 
 class Reader {
  public:
-  Reader(ShapeTable& shapes, MeshLibrary& meshes, ModelTemplate& result)
-      : shapes_(shapes), meshes_(meshes), result_(result) {}
+  Reader(ShapeTable& shapes, MeshLibrary& meshes, bool measures, ModelTemplate& result)
+      : shapes_(shapes), meshes_(meshes), measures_(measures), result_(result) {}
 
   absl::Status read(const sdf::Model& model, const std::set<std::string>& held) {
     self_collide_ = model.SelfCollide();
@@ -232,6 +232,8 @@ class Reader {
       if (absl::Status status = read_inertia(link, properties); !status.ok()) return status;
     }
     entry.programs = programs_of(link);
+    entry.feels_wind = model.EnableWind() || link.EnableWind();
+    if (measures_ && moves) entry.displaced = displacement_of_collisions(link, meshes_);
     if (!moves) {
       const auto of_systems = std::erase_if(entry.programs, std::mem_fn(&ProgramTemplate::is_of_system));
       if (of_systems > 0)
@@ -333,6 +335,7 @@ class Reader {
 
   ShapeTable& shapes_;
   MeshLibrary& meshes_;
+  const bool measures_;
   ModelTemplate& result_;
   bool self_collide_ = false;
   std::vector<FoundJoint> joints_;
@@ -354,7 +357,7 @@ absl::StatusOr<const ModelTemplate*> ModelTemplates::get(const std::string& xml,
   sdf::Root root;
   if (absl::Status status = parse_sdf(xml, root, result->notices); !status.ok()) return status;
   if (root.Model() == nullptr) return absl::InvalidArgumentError("there is no model");
-  absl::Status status = Reader(shapes_, meshes_, *result).read(*root.Model(), held);
+  absl::Status status = Reader(shapes_, meshes_, measures_, *result).read(*root.Model(), held);
   if (!status.ok()) return status;
   entry = std::move(result);
   return entry.get();

@@ -14,6 +14,7 @@
 #include "lpss/model/body.h"
 #include "lpss/model/joint.h"
 #include "worlds/loader/collision_shape.h"
+#include "worlds/loader/inertia.h"
 #include "worlds/loader/joint_followers.h"
 #include "worlds/loader/notices.h"
 #include "worlds/loader/program_reader.h"
@@ -26,6 +27,8 @@ struct LinkTemplate {
   Pose pose;                  // in the model's frame
   BodyProperties properties;  // assembly: 1 for the links that do not collide with each other
   std::vector<ProgramTemplate> programs = {};
+  bool feels_wind = false;
+  std::optional<Displacement> displaced = {};  // where there is water
 };
 
 struct JointTemplate {
@@ -66,9 +69,13 @@ class ModelTemplates {
   // stay valid. INVALID_ARGUMENT with libsdformat's errors; NOT_FOUND for meshes.
   absl::StatusOr<const ModelTemplate*> get(const std::string& xml, const std::set<std::string>& held);
 
+  // From now on, links that can move are told what they displace.
+  void measure_displacements() { measures_ = true; }
+
  private:
   ShapeTable& shapes_;
   MeshLibrary& meshes_;
+  bool measures_ = false;
   absl::flat_hash_map<std::string, std::unique_ptr<ModelTemplate>> templates_;
 };
 

@@ -9,9 +9,11 @@ namespace tessera {
 namespace {
 
 // What is simulated of SDF: elements with a value, each after the element that it is in. All others are not.
-constexpr std::array<absl::string_view, 60> kSimulated = {"model/static",
+constexpr std::array<absl::string_view, 62> kSimulated = {"model/static",
                                                           "model/self_collide",
+                                                          "link/enable_wind",
                                                           "link/gravity",
+                                                          "model/enable_wind",
                                                           "link/self_collide",
                                                           "link/kinematic",
                                                           "velocity_decay/linear",
@@ -69,19 +71,9 @@ constexpr std::array<absl::string_view, 60> kSimulated = {"model/static",
                                                           "physics/gravity",
                                                           "physics/max_step_size"};
 
-constexpr std::array<absl::string_view, 13> kNoPhysics = {"visual",
-                                                          "light",
-                                                          "sensor",
-                                                          "plugin",
-                                                          "gripper",
-                                                          "audio_source",
-                                                          "laser_retro",
-                                                          "audio_sink",
-                                                          "projector",
-                                                          "battery",
-                                                          "particle_emitter",
-                                                          "enable_wind",
-                                                          "allow_auto_disable"};
+constexpr std::array<absl::string_view, 12> kNoPhysics = {
+    "visual",      "light",      "sensor",    "plugin",  "gripper",          "audio_source",
+    "laser_retro", "audio_sink", "projector", "battery", "particle_emitter", "allow_auto_disable"};
 
 }  // namespace
 

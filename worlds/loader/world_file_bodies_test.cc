@@ -9,6 +9,7 @@
 #include <string>
 #include <variant>
 
+#include "worlds/loader/model_file.h"
 #include "worlds/loader/world_text_for_tests.h"
 
 namespace tessera {
@@ -298,6 +299,22 @@ TEST(Bodies, SurfaceGravityAndDamping) {
   EXPECT_EQ(c.friction, 1);
   EXPECT_EQ(c.category, 0xffffu);
   EXPECT_TRUE(c.gravity);
+}
+
+TEST(ModelFile, HasOneModelThatMayHaveAnotherName) {
+  const Folder folder;
+  folder.write("m.sdf", model_file(model("robot", "<frame name='tool' attached_to='l'/>")));
+  absl::StatusOr<WorldDescription> robot =
+      load_model_file(static_cast<const std::filesystem::path&>(folder) / "m.sdf");
+  ASSERT_TRUE(robot.ok()) << robot.status();
+  EXPECT_EQ(model_name(*robot), "robot");
+  ASSERT_TRUE(rename_model("r2", *robot).ok());
+  EXPECT_EQ(robot->bodies.at(0).name, "r2::l");
+  EXPECT_EQ(robot->frames.at(0).name, "r2::tool");
+  for (const char* name : {"", "a::b", "\xff"}) EXPECT_FALSE(rename_model(name, *robot).ok()) << name;
+  EXPECT_EQ(robot->bodies.at(0).name, "r2::l");
+  EXPECT_EQ(load_model_string(world(model("a", "") + model("b", ""))).status().message(),
+            "the file has 2 models; only one can be spawned");
 }
 
 }  // namespace

@@ -15,6 +15,8 @@
 #include <utility>
 
 #include "lpss/model/validate.h"
+#include "worlds/gazebo/detachable.h"
+#include "worlds/gazebo/fluids.h"
 #include "worlds/gazebo/systems.h"
 #include "worlds/loader/elements.h"
 #include "worlds/loader/model_source.h"
@@ -89,6 +91,7 @@ class WorldReader {
   std::uint64_t models_ = 0;   // placed so far
   bool lacks_models_ = false;  // an <include> was left out
   ProgramPlacer programs_;
+  gazebo::Fluids fluids_;
   // The links that joints between models hold, by model.
   absl::flat_hash_map<std::string, std::set<std::string>> held_;
   absl::flat_hash_map<std::string, Placed*> by_name_;
@@ -154,6 +157,11 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     }
     if (const char* name = world->Attribute("name")) world_.name = name;
     if (absl::Status status = read_world_settings(*world); !status.ok()) return status;
+  }
+  gazebo::take_detachable_joints(*world, notices_);
+  for (const Element* child = world->FirstChildElement(); child != nullptr;
+       child = child->NextSiblingElement()) {
+    if (gazebo::Fluids::is_water(*child)) templates_.measure_displacements();
   }
   collect_held(*world);
   if (absl::Status status = read_scope(*world, WorldPose{}); !status.ok()) return status;
@@ -275,6 +283,7 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
       notices_.count("<spherical_coordinates> for sensors alone: positions stay in the file's local frame");
     return programs_.surroundings.take(element);
   }
+  if (gazebo::Fluids::is_one(element)) return fluids_.take(element, notices_);
   if (xml::is(element, "plugin")) {
     if (const std::string text = gazebo::skipped(element); !text.empty()) notices_.count(text);
     return absl::OkStatus();
@@ -513,13 +522,12 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
       body.linear_velocity = velocity + spin.cross(arm);
       body.angular_velocity = spin;
     }
-    if (!link.programs.empty()) {
-      const Eigen::Vector3d centre =
-          body.pose.orientation * centre_frame(link.properties).position + body.pose.position.local;
-      const Eigen::Vector3d start =
-          centre + metres_between({}, body.pose.position.sector, world_.settings.sector_size);
-      programs_.add(link.programs, *placed.element, world_.bodies.size(), start, body);
-    }
+    const Eigen::Vector3d centre =
+        body.pose.orientation * centre_frame(link.properties).position + body.pose.position.local;
+    const Eigen::Vector3d start =
+        centre + metres_between({}, body.pose.position.sector, world_.settings.sector_size);
+    programs_.add(link.programs, *placed.element, world_.bodies.size(), start, body);
+    fluids_.surround(link.displaced, link.feels_wind, start, body, notices_);
     world_.bodies.push_back(std::move(body));
   }
   return absl::OkStatus();
