@@ -9,6 +9,7 @@
 
 #include "cli/connection.h"
 #include "client_sdk/arguments/parse.h"
+#include "worlds/loader/model_file.h"
 
 namespace tessera::cli {
 namespace {
@@ -16,6 +17,8 @@ namespace {
 struct BodyOptions {
   std::string body;
   std::string name;
+  std::string model;  // its file
+  bool is_model = false;
   Shape shape = box(1, 1, 1);
   WorldPosition at;
   double mass = 1;
@@ -37,15 +40,71 @@ void add_position_options(CLI::App& command, BodyOptions& options) {
   add_parsed(command, "--sector", options.at.sector, parse_sector, "I,J,K; 0,0,0 if not given");
 }
 
+absl::Status spawn_body(const BodyOptions& options, Client& client, nlohmann::json& data) {
+  NewBody body = solid(options.name, options.shape, options.mass, options.at);
+  BodyProperties& properties = body.body.properties;
+  if (options.fixed) properties.motion = Motion::kStatic;
+  if (options.kinematic) properties.motion = Motion::kKinematic;
+  if (properties.motion != Motion::kDynamic) properties.inertia = {1, 1, 1};
+  properties.friction = options.friction;
+  properties.trigger = options.trigger;
+  // The modules of the world are known by their names while somebody has them.
+  absl::StatusOr<ClusterStatus> now;
+  if (!options.programs.empty()) {
+    now = client.status();
+    if (!now.ok()) return now.status();
+  }
+  for (const std::string& text : options.programs) {
+    absl::StatusOr<ProgramRecord> program = parse_program(text, body.modules);
+    if (!program.ok()) return program.status();
+    body.body.programs.push_back(*std::move(program));
+  }
+  body.body.linear_velocity = options.first;
+  body.body.angular_velocity = options.second;
+  const absl::StatusOr<Spawned> spawned = client.spawn(body);
+  if (!spawned.ok()) return spawned.status();
+  data = {{"id", spawned->id.value}, {"tick", spawned->tick}};
+  absl::PrintF("body %d, from tick %d on\n", spawned->id.value, spawned->tick);
+  return absl::OkStatus();
+}
+
+// The one model of a file, under its own name or another one.
+absl::Status spawn_model(const BodyOptions& options, Client& client, nlohmann::json& data) {
+  absl::StatusOr<WorldDescription> model = load_model_file(options.model);
+  if (!model.ok()) return model.status();
+  if (!options.name.empty()) {
+    if (absl::Status status = rename_model(options.name, *model); !status.ok()) return status;
+  }
+  CommandList commands;
+  commands.spawn(*model, "", WorldPose{options.at, Eigen::Quaterniond::Identity()});
+  const absl::StatusOr<Applied> applied = client.apply(commands);
+  if (!applied.ok()) return applied.status();
+  const std::string name = model_name(*model);
+  data = {{"model", name}, {"bodies", model->bodies.size()}, {"tick", applied->tick}};
+  absl::PrintF("model %s of %d bodies, from tick %d on\n", name, model->bodies.size(), applied->tick);
+  return absl::OkStatus();
+}
+
 void add_spawn(CLI::App& app, Action& action) {
   CLI::App& command =
-      add_command(app, "spawn", "Put a new body into the world.",
-                  "tessera spawn --name crate --shape box:1,1,1 --mass 10 --at 0,0,5 --sector 0,0,0");
+      add_command(app, "spawn", "Put a new body, or the model of a file, into the world.",
+                  "tessera spawn --name crate --shape box:1,1,1 --mass 10 --at 0,0,5 --sector 0,0,0\n"
+                  "  tessera spawn --model worlds/models/walker.sdf --name guard --at 3,3,1");
   const auto options = std::make_shared<BodyOptions>();
-  command.add_option("--name", options->name, "unique in the world")->required();
-  add_parsed(command, "--shape", options->shape, parse_shape,
-             "box:X,Y,Z sphere:R capsule:R,LENGTH cylinder:R,LENGTH ellipsoid:X,Y,Z plane:X,Y,Z")
-      ->required();
+  CLI::Option* name =
+      command.add_option("--name", options->name, "unique in the world; of a model, in the place of its own");
+  CLI::Option* shape =
+      add_parsed(command, "--shape", options->shape, parse_shape,
+                 "box:X,Y,Z sphere:R capsule:R,LENGTH cylinder:R,LENGTH ellipsoid:X,Y,Z plane:X,Y,Z")
+          ->needs(name);
+  CLI::Option* model =
+      command
+          .add_option("--model", options->model, "FILE: the model of an SDF or URDF file, instead of a shape")
+          ->check(CLI::ExistingFile)
+          ->excludes(shape);
+  command.parse_complete_callback([shape, model] {
+    if (shape->empty() && model->empty()) throw CLI::RequiredError("--shape or --model");
+  });
   add_position_options(command, *options);
   command.add_option("--mass", options->mass, "kg")->capture_default_str();
   command.add_option("--friction", options->friction, "Coulomb coefficient")->capture_default_str();
@@ -58,41 +117,24 @@ void add_spawn(CLI::App& app, Action& action) {
       "--program", options->programs,
       "KIND or KIND:NAME=NUMBER,...: a program of the body, with parameters and inputs; KIND "
       "may be the name of a module that the world has, or FILE.wasm, which it then has; repeatable");
-  on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
-    NewBody body = solid(options->name, options->shape, options->mass, options->at);
-    BodyProperties& properties = body.body.properties;
-    if (options->fixed) properties.motion = Motion::kStatic;
-    if (options->kinematic) properties.motion = Motion::kKinematic;
-    if (properties.motion != Motion::kDynamic) properties.inertia = {1, 1, 1};
-    properties.friction = options->friction;
-    properties.trigger = options->trigger;
-    // The modules of the world are known by their names while somebody has them.
-    absl::StatusOr<ClusterStatus> now;
-    if (!options->programs.empty()) {
-      now = client.status();
-      if (!now.ok()) return now.status();
-    }
-    for (const std::string& text : options->programs) {
-      absl::StatusOr<ProgramRecord> program = parse_program(text, body.modules);
-      if (!program.ok()) return program.status();
-      body.body.programs.push_back(*std::move(program));
-    }
-    body.body.linear_velocity = options->first;
-    body.body.angular_velocity = options->second;
-    const absl::StatusOr<Spawned> spawned = client.spawn(body);
-    if (!spawned.ok()) return spawned.status();
-    data = {{"id", spawned->id.value}, {"tick", spawned->tick}};
-    absl::PrintF("body %d, from tick %d on\n", spawned->id.value, spawned->tick);
-    return absl::OkStatus();
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
+    return options->model.empty() ? spawn_body(*options, client, data) : spawn_model(*options, client, data);
   });
 }
 
 void add_remove(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "remove", "Take a body out of the world.", "tessera remove crate");
+  CLI::App& command =
+      add_command(app, "remove", "Take a body, or a model, out of the world.", "tessera remove crate");
   const auto options = std::make_shared<BodyOptions>();
   add_body_option(command, *options);
-  on_cluster(command, action, [options](Client& client, nlohmann::json& data) {
-    return print_effect(client.remove(parse_body(options->body)), data);
+  command.add_flag("--model", options->is_model, "it names a model, of which all bodies go");
+  on_cluster(command, action, [options](Client& client, nlohmann::json& data) -> absl::Status {
+    if (!options->is_model) return print_effect(client.remove(parse_body(options->body)), data);
+    CommandList commands;
+    commands.remove_all(options->body + "::");
+    const absl::StatusOr<Applied> applied = client.apply(commands);
+    if (!applied.ok()) return applied.status();
+    return print_effect(applied->tick, data);
   });
 }
 

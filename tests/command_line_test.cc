@@ -314,6 +314,14 @@ TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
   EXPECT_THAT(tessera({"resume", "--rtf", "0.5"}), HasSubstr("runs from"));
   EXPECT_THAT(tessera({"pause"}), HasSubstr("paused at"));
   EXPECT_THAT(tessera({"remove", "late"}), HasSubstr("takes effect"));
+  const std::string walker = world_file("models/walker.sdf").string();
+  EXPECT_THAT(tessera({"spawn", "--model", walker, "--name", "guard", "--at", "3,3,9"}),
+              HasSubstr("model guard of 1 bodies"));
+  EXPECT_THAT(tessera({"find", "guard"}), HasSubstr("guard::body"));
+  EXPECT_THAT(tessera({"remove", "guard", "--model"}), HasSubstr("takes effect"));
+  const Outcome neither = run_tessera({"spawn", "--name", "x"});
+  EXPECT_EQ(neither.code, 2);
+  EXPECT_THAT(neither.output, HasSubstr("--shape or --model is required"));
   const std::string module = world_file("programs/flee.wasm").string();
   const auto spawn_with = [&](const std::string& name, const std::string& program) {
     return tessera({"spawn", "--name", name, "--shape", "sphere:0.3", "--at", "0,0,9", "--program", program});
