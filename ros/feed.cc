@@ -75,7 +75,7 @@ void Feed::run() {
     const std::shared_ptr<const live::ClusterReport> report = std::exchange(news_, nullptr);
     lock.unlock();
     if (report) hear(*report);
-    if (robots_.is_commanded()) robots_.carry_out(client_);
+    if (robots_.is_commanded()) robots_.carry_out(client_, frame_ ? frame_->tick : 0, time_step_);
     const Clock::time_point now = Clock::now();
     if (now >= next_publication_) publish(now);
     lock.lock();
@@ -229,7 +229,7 @@ void Feed::publish(Clock::time_point now) {
   if (is_repetition) next_repetition_ = now + kRepeatAfter;
   if (!news && !(is_repetition && frame_)) return;
   next_publication_ = now + period_;
-  if (news) frame_ = std::move(news);
+  if (news) frame_ = *news;
   introduce(*frame_);
   if (std::optional<ProgramFrame> measured = programs_->take()) robots_.take(*std::move(measured));
   if (std::optional<JointFrame> joints = joints_->take()) robots_.take(*std::move(joints));
@@ -243,6 +243,7 @@ void Feed::publish(Clock::time_point now) {
   // The clock last: once a time is published, its transforms and measurements are available.
   if (!transforms.empty()) warn(publisher_.publish_transforms(transforms));
   robots_.publish(frame_->tick, time_step_);
+  if (news) robots_.follow(client_, frame_->tick, time_step_);
   warn(publisher_.publish_clock(time_at(frame_->tick, time_step_)));
 }
 

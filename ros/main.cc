@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "client_sdk/arguments/parse.h"
 #include "client_sdk/arguments/parsed_option.h"
@@ -11,6 +13,7 @@
 #include "daemon/parse_command_line.h"
 #include "ros/feed.h"
 #include "ros/publisher.h"
+#include "ros/services.h"
 
 namespace tessera::ros {
 namespace {
@@ -21,6 +24,8 @@ struct Arguments {
   live::ClientOptions client;
   std::uint32_t domain = 0;
   FeedOptions feed;
+  std::string world;
+  std::vector<std::string> remaps;
 };
 
 void add_options(CLI::App& app, Arguments& arguments) {
@@ -44,17 +49,26 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--tf", feed.transforms, "What /tf tells: bodies, odom (from odom to the robot) or none")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Told>{
           {"bodies", Told::kBodies}, {"odom", Told::kWays}, {"none", Told::kNothing}}));
+  app.add_option("--remap", arguments.remaps, "/NAME:=/OTHER: another name of a topic or service")
+      ->check([](const std::string& text) { return std::string(parse_remap(text).status().message()); });
+  app.add_option("--world", arguments.world, "FILE: the world that /reset_simulation loads again")
+      ->check(CLI::ExistingFile);
   app.add_option("--rate", feed.rate, "Maximum number of publications per second of wall time")
       ->check(number_within(0.1, 1000.0))
       ->capture_default_str();
 }
 
 absl::Status serve(const Arguments& arguments, Client& client, const std::function<void()>& wait) {
-  const absl::StatusOr<std::unique_ptr<Node>> node = Node::open(arguments.domain);
+  Remaps remaps;
+  for (const std::string& text : arguments.remaps) remaps.insert(parse_remap(text).value());
+  const absl::StatusOr<std::unique_ptr<Node>> node = Node::open(arguments.domain, std::move(remaps));
   if (!node.ok()) return node.status();
   const absl::StatusOr<Publisher> publisher = Publisher::open(**node);
   if (!publisher.ok()) return publisher.status();
   const Feed feed(client, **node, *publisher, arguments.feed);
+  const auto services =
+      Services::open(client, **node, {arguments.feed.frame, arguments.feed.sector, arguments.world});
+  if (!services.ok()) return services.status();
   std::printf("publishing /clock, /tf, /tf_static, sensors and joints in ROS domain %u\n", arguments.domain);
   std::fflush(stdout);
   wait();

@@ -1,8 +1,12 @@
 #include "ros/node.h"
 
 #include <absl/cleanup/cleanup.h>
+#include <absl/strings/ascii.h>
+#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "daemon/log.h"
@@ -24,47 +28,96 @@ dds_qos_t* qos_of(const Profile& profile) {
   return qos;
 }
 
-std::string dds_name(absl::string_view topic) { return absl::StrCat("rt", topic); }
-
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Node>> Node::open(std::uint32_t domain) {
+absl::StatusOr<std::pair<std::string, std::string>> parse_remap(const std::string& text) {
+  const std::pair<std::string, std::string> names = absl::StrSplit(text, absl::MaxSplits(":=", 1));
+  for (const std::string& name : {names.first, names.second}) {
+    const bool is_one = name.size() > 1 && name.front() == '/' && std::ranges::all_of(name, [](char c) {
+                          return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '/';
+                        });
+    if (!is_one)
+      return absl::InvalidArgumentError(
+          absl::StrCat("'", text, "' must be /NAME:=/OTHER, of letters, digits, '_' and '/'"));
+  }
+  return names;
+}
+
+std::string Node::dds_name(absl::string_view prefix, const std::string& name,
+                           absl::string_view suffix) const {
+  const auto other = remaps_.find(name);
+  return absl::StrCat(prefix, other == remaps_.end() ? name : other->second, suffix);
+}
+
+absl::StatusOr<std::unique_ptr<Node>> Node::open(std::uint32_t domain, Remaps remaps) {
   const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
   if (participant < 0) return dds_error(participant, absl::StrCat("cannot open DDS domain ", domain));
-  return std::unique_ptr<Node>(new Node(participant));
+  return std::unique_ptr<Node>(new Node(participant, std::move(remaps)));
 }
 
 Node::~Node() { dds_delete(participant_); }
+
+absl::StatusOr<dds_entity_t> Node::write_to(const dds_topic_descriptor_t& type, const std::string& dds_name,
+                                            const dds_qos_t* qos) {
+  const dds_entity_t entity = dds_create_topic(participant_, &type, dds_name.c_str(), nullptr, nullptr);
+  if (entity < 0) return dds_error(entity, absl::StrCat("cannot create the topic ", dds_name));
+  const dds_entity_t writer = dds_create_writer(participant_, entity, qos, nullptr);
+  if (writer < 0) return dds_error(writer, absl::StrCat("cannot publish ", dds_name));
+  return writer;
+}
+
+absl::StatusOr<dds_entity_t> Node::read_from(const dds_topic_descriptor_t& type, const std::string& dds_name,
+                                             const dds_qos_t* qos, std::function<void()> on_data) {
+  const dds_entity_t entity = dds_create_topic(participant_, &type, dds_name.c_str(), nullptr, nullptr);
+  if (entity < 0) return dds_error(entity, absl::StrCat("cannot create the topic ", dds_name));
+  const std::function<void()>* call = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    call = &listeners_.emplace_back(std::move(on_data));
+  }
+  dds_listener_t* const listener = dds_create_listener(const_cast<std::function<void()>*>(call));
+  const absl::Cleanup delete_listener = [listener] { dds_delete_listener(listener); };
+  dds_lset_data_available(listener, [](dds_entity_t, void* argument) {
+    (*static_cast<const std::function<void()>*>(argument))();
+  });
+  const dds_entity_t reader = dds_create_reader(participant_, entity, qos, listener);
+  if (reader < 0) return dds_error(reader, absl::StrCat("cannot subscribe to ", dds_name));
+  return reader;
+}
 
 absl::StatusOr<dds_entity_t> Node::writer(const dds_topic_descriptor_t& type, const std::string& topic,
                                           const Profile& profile) {
   dds_qos_t* const qos = qos_of(profile);
   const absl::Cleanup delete_qos = [qos] { dds_delete_qos(qos); };
   dds_qset_writer_data_lifecycle(qos, /*autodispose=*/false);
-  const dds_entity_t entity =
-      dds_create_topic(participant_, &type, dds_name(topic).c_str(), nullptr, nullptr);
-  if (entity < 0) return dds_error(entity, absl::StrCat("cannot create the topic ", topic));
-  const dds_entity_t writer = dds_create_writer(participant_, entity, qos, nullptr);
-  if (writer < 0) return dds_error(writer, absl::StrCat("cannot publish ", topic));
-  return writer;
+  return write_to(type, dds_name("rt", topic), qos);
 }
 
 absl::StatusOr<dds_entity_t> Node::reader(const dds_topic_descriptor_t& type, const std::string& topic,
                                           std::function<void()> on_data) {
   dds_qos_t* const qos = qos_of({});
   const absl::Cleanup delete_qos = [qos] { dds_delete_qos(qos); };
-  const dds_entity_t entity =
-      dds_create_topic(participant_, &type, dds_name(topic).c_str(), nullptr, nullptr);
-  if (entity < 0) return dds_error(entity, absl::StrCat("cannot create the topic ", topic));
-  const std::function<void()>& call = listeners_.emplace_back(std::move(on_data));
-  dds_listener_t* const listener = dds_create_listener(const_cast<std::function<void()>*>(&call));
-  const absl::Cleanup delete_listener = [listener] { dds_delete_listener(listener); };
-  dds_lset_data_available(listener, [](dds_entity_t, void* argument) {
-    (*static_cast<const std::function<void()>*>(argument))();
-  });
-  const dds_entity_t reader = dds_create_reader(participant_, entity, qos, listener);
-  if (reader < 0) return dds_error(reader, absl::StrCat("cannot subscribe to ", topic));
-  return reader;
+  return read_from(type, dds_name("rt", topic), qos, std::move(on_data));
+}
+
+absl::StatusOr<ServiceEnds> Node::service(const dds_topic_descriptor_t& request,
+                                          const dds_topic_descriptor_t& reply, const std::string& name,
+                                          std::function<void()> on_request) {
+  dds_qos_t* const qos = qos_of({});
+  const absl::Cleanup delete_qos = [qos] { dds_delete_qos(qos); };
+  // By this, a client knows which reader and writer belong together.
+  dds_guid_t guid{};
+  if (const dds_return_t rc = dds_get_guid(participant_, &guid); rc < 0)
+    return dds_error(rc, "cannot identify the DDS participant");
+  const absl::string_view id(reinterpret_cast<const char*>(guid.v), sizeof(guid.v));
+  const std::string user_data = absl::StrCat("serviceid=", absl::BytesToHexString(id), ".", name, ";");
+  dds_qset_userdata(qos, user_data.data(), user_data.size());
+  absl::StatusOr<dds_entity_t> replies = write_to(reply, dds_name("rr", name, "Reply"), qos);
+  if (!replies.ok()) return replies.status();
+  absl::StatusOr<dds_entity_t> requests =
+      read_from(request, dds_name("rq", name, "Request"), qos, std::move(on_request));
+  if (!requests.ok()) return requests.status();
+  return ServiceEnds{*requests, *replies};
 }
 
 void warn(const absl::Status& status) {
@@ -74,6 +127,17 @@ void warn(const absl::Status& status) {
 absl::Status write(dds_entity_t writer, const void* message, absl::string_view topic) {
   const dds_return_t rc = dds_write(writer, message);
   return rc < 0 ? dds_error(rc, absl::StrCat("cannot publish ", topic)) : absl::OkStatus();
+}
+
+void await_reader(dds_entity_t writer, dds_duration_t most) {
+  dds_publication_matched_status_t matched{};
+  dds_get_publication_matched_status(writer, &matched);
+  if (matched.current_count > 0) return;
+  dds_set_status_mask(writer, DDS_PUBLICATION_MATCHED_STATUS);
+  const dds_entity_t waitset = dds_create_waitset(dds_get_participant(writer));
+  dds_waitset_attach(waitset, writer, 0);
+  dds_waitset_wait(waitset, nullptr, 0, most);
+  dds_delete(waitset);
 }
 
 }  // namespace tessera::ros

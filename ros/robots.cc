@@ -16,19 +16,41 @@ namespace {
 using JointStateMessage = sensor_msgs_msg_dds__JointState_;
 using TwistMessage = geometry_msgs_msg_dds__Twist_;
 
+constexpr std::size_t kFollowersMax = 64;  // models: each has three services
 constexpr std::uint64_t kAsked = 100'000;  // the coordinator's maximum
 
 bool is_one_of(const std::string& model, const std::vector<std::string>& models) {
   return models.empty() || std::ranges::find(models, model) != models.end();
 }
 
-bool is_driven_by_velocity(const FoundProgram& program) {
+bool is_finite(const TwistMessage& twist) {
+  const auto& [linear, angular] = twist;
+  return Eigen::Vector3d(linear.x, linear.y, linear.z).allFinite() &&
+         Eigen::Vector3d(angular.x, angular.y, angular.z).allFinite();
+}
+
+// By wheels, which also tell how far they have come.
+bool has_wheels(const FoundProgram& program) {
   return program.kind == "diff_drive" || program.kind == "ackermann";
 }
 
-// The inputs of a program for a velocity forwards (m/s) and a rate of turn to the left (rad/s).
-std::vector<NamedNumber> inputs_for(const FoundProgram& program, double speed, double turn) {
-  if (program.kind == "diff_drive") return {{"speed", speed}, {"turn", turn}};
+bool is_driven_by_velocity(const FoundProgram& program) {
+  return has_wheels(program) || program.kind == "treads" || program.kind == "velocity_control" ||
+         program.kind == "multicopter";
+}
+
+// The inputs of a program for velocities in the body frame (m/s), and rates of turn (rad/s).
+std::vector<NamedNumber> inputs_for(const FoundProgram& program, const TwistMessage& twist) {
+  const auto& [linear, angular] = twist;
+  if (program.kind == "velocity_control") {
+    return {{"x", linear.x},       {"y", linear.y},       {"z", linear.z},
+            {"turn_x", angular.x}, {"turn_y", angular.y}, {"turn_z", angular.z}};
+  }
+  if (program.kind == "multicopter")
+    return {{"x", linear.x}, {"y", linear.y}, {"z", linear.z}, {"turn", angular.z}};
+  const double speed = linear.x;
+  const double turn = angular.z;
+  if (program.kind != "ackermann") return {{"speed", speed}, {"turn", turn}};
   constexpr double kStands = 1e-3;  // m/s
   const double wheelbase = parameter_of(program, "wheelbase");
   const double angle = std::abs(speed) < kStands ? 0 : std::atan(turn * wheelbase / speed);
@@ -60,6 +82,7 @@ Robots::~Robots() {
 }
 
 void Robots::forget() {
+  for (const auto& [name, follower] : followers_) follower->forget();
   joints_.clear();
   states_.clear();
   servants_.clear();
@@ -133,28 +156,31 @@ absl::Status Robots::add_sensors(const std::vector<FoundProgram>& programs,
         servants_.emplace(static_cast<std::uint64_t>(joint), program);
     }
     if (is_driven_by_velocity(program)) models_[model].drives.push_back(program);
-    const SensorKind* const kind = find_sensor_kind(program);
-    if (kind == nullptr) continue;
-    Sensor sensor{program};
+    const std::span<const SensorKind> kinds = sensor_kinds(program);
+    if (kinds.empty()) continue;
     // Programs for Gazebo's wheels have the names of their plugins, which are no topics.
-    const bool is_named = !program.name.empty() && !is_driven_by_velocity(program);
-    const std::string word = is_named ? topic_word(program.name) : std::string(kind->name);
+    const bool is_named = !program.name.empty() && !has_wheels(program);
+    const std::string word = is_named ? topic_word(program.name) : std::string(kinds.front().name);
     const std::string above = name_space(model);
-    sensor.topic = absl::StrCat(above, word);
-    if (topics.contains(sensor.topic))
-      sensor.topic = absl::StrCat(above, topic_word(rest_of(program.body_name)), "/", word);
-    for (int number = 2; !topics.insert(sensor.topic).second; ++number)
-      sensor.topic = absl::StrCat(above, topic_word(rest_of(program.body_name)), "/", word, "_", number);
-    sensor.body_frame = frame_name(program.body_name, root_);
+    std::string topic = absl::StrCat(above, word);
+    if (topics.contains(topic))
+      topic = absl::StrCat(above, topic_word(rest_of(program.body_name)), "/", word);
+    for (int number = 2; !topics.insert(topic).second; ++number)
+      topic = absl::StrCat(above, topic_word(rest_of(program.body_name)), "/", word, "_", number);
+    const std::string body_frame = frame_name(program.body_name, root_);
     const bool is_mounted = mounting_of(program).has_value();
-    const bool is_way = kind->type == &nav_msgs_msg_dds__Odometry__desc;
-    sensor.frame = is_mounted ? absl::StrCat(sensor.body_frame, "/", word)
-                   : is_way   ? absl::StrCat(model == root_ ? "" : absl::StrCat(model, "/"), word)
-                              : sensor.body_frame;
-    const absl::StatusOr<dds_entity_t> made = writer(*kind->type, sensor.topic);
-    if (!made.ok()) return made.status();
-    sensor.writer = *made;
-    sensors_.push_back(std::move(sensor));
+    const bool is_way = kinds.front().type == &nav_msgs_msg_dds__Odometry__desc;
+    const std::string frame = is_mounted ? absl::StrCat(body_frame, "/", word)
+                              : is_way   ? absl::StrCat(model == root_ ? "" : absl::StrCat(model, "/"), word)
+                                         : body_frame;
+    for (const SensorKind& kind : kinds) {
+      Sensor sensor{program, &kind, absl::StrCat(topic, kind.part), frame, body_frame};
+      if (is_camera(program)) absl::StrAppend(&sensor.frame, "_optical_frame");
+      const absl::StatusOr<dds_entity_t> made = writer(*kind.type, sensor.topic);
+      if (!made.ok()) return made.status();
+      sensor.writer = *made;
+      sensors_.push_back(std::move(sensor));
+    }
   }
   return absl::OkStatus();
 }
@@ -174,6 +200,7 @@ absl::Status Robots::add_joints() {
       if (!commands.ok()) return commands.status();
       model.states = *states;
       model.commands = *commands;
+      if (absl::Status status = add_follower(name); !status.ok()) return status;
     }
     if (!model.drives.empty()) {
       const auto velocity = reader(geometry_msgs_msg_dds__Twist__desc, absl::StrCat(above, "cmd_vel"));
@@ -181,6 +208,21 @@ absl::Status Robots::add_joints() {
       model.velocity = *velocity;
     }
   }
+  return absl::OkStatus();
+}
+
+absl::Status Robots::add_follower(const std::string& model) {
+  if (followers_.contains(model)) return absl::OkStatus();
+  if (followers_.size() == kFollowersMax) {
+    log_warning(absl::StrCat("only ", kFollowersMax, " models follow trajectories of joints: not ", model));
+    return absl::OkStatus();
+  }
+  absl::StatusOr<std::unique_ptr<Follower>> follower = Follower::open(node_, name_space(model), [this] {
+    commanded_ = true;
+    on_command_();
+  });
+  if (!follower.ok()) return follower.status();
+  followers_[model] = *std::move(follower);
   return absl::OkStatus();
 }
 
@@ -193,6 +235,7 @@ std::vector<BodyId> Robots::measuring_bodies() const {
 std::vector<FoundFrame> Robots::frames() const {
   std::vector<FoundFrame> frames;
   for (const Sensor& sensor : sensors_) {
+    if (!frames.empty() && frames.back().name == sensor.frame) continue;  // another topic of it
     if (const std::optional<Pose> mounting = mounting_of(sensor.program))
       frames.push_back({sensor.frame, sensor.program.body, sensor.program.body_name, *mounting});
   }
@@ -202,7 +245,7 @@ std::vector<FoundFrame> Robots::frames() const {
 std::vector<TransformStamped> Robots::ways(Tick tick, double time_step) const {
   std::vector<TransformStamped> ways;
   for (const Sensor& sensor : sensors_) {
-    if (sensor.values.empty() || !is_driven_by_velocity(sensor.program)) continue;
+    if (sensor.values.empty() || !has_wheels(sensor.program)) continue;
     const double half = value_of(sensor, "heading") / 2;
     ways.push_back({.header = {.stamp = time_at(tick, time_step), .frame_id = text(sensor.frame)},
                     .child_frame_id = text(sensor.body_frame),
@@ -212,12 +255,12 @@ std::vector<TransformStamped> Robots::ways(Tick tick, double time_step) const {
   return ways;
 }
 
-void Robots::take(ProgramFrame frame) {
-  for (ProgramSample& sample : frame.programs) {
-    const auto sensor = std::ranges::find_if(sensors_, [&](const Sensor& one) {
-      return one.program.body == sample.body && one.program.program == sample.program;
-    });
-    if (sensor != sensors_.end()) sensor->values = std::move(sample.values);
+void Robots::take(const ProgramFrame& frame) {
+  for (const ProgramSample& sample : frame.programs) {
+    for (Sensor& sensor : sensors_) {
+      if (sensor.program.body == sample.body && sensor.program.program == sample.program)
+        sensor.values = sample.values;
+    }
   }
 }
 
@@ -229,7 +272,7 @@ void Robots::publish(Tick tick, double time_step) {
   const Time stamp = time_at(tick, time_step);
   for (const Sensor& sensor : sensors_) {
     if (sensor.values.empty() || !measures_since(sensor, published_, tick, time_step)) continue;
-    warn(find_sensor_kind(sensor.program)->publish(sensor, stamp));
+    warn(sensor.kind->publish(sensor, stamp));
   }
   for (const auto& [name, model] : models_) {
     if (!model.joints.empty()) warn(publish_joints(name, model, stamp));
@@ -261,39 +304,70 @@ absl::Status Robots::publish_joints(const std::string& name, const Model& model,
   return write(model.states, &message, absl::StrCat(name_space(name), "joint_states"));
 }
 
-void Robots::carry_out(Client& client) {
+const FoundJoint* Robots::joint_named(const Model& model, const std::string& name) const {
+  const auto place = std::ranges::find_if(
+      model.joints, [&](std::size_t joint) { return rest_of(joints_[joint].joint.name) == name; });
+  return place == model.joints.end() ? nullptr : &joints_[*place];
+}
+
+Follower::Where Robots::places_of(const std::string& model) const {
+  return [this, model](const std::string& name) -> std::optional<double> {
+    const auto found = models_.find(model);
+    const FoundJoint* const joint = found == models_.end() ? nullptr : joint_named(found->second, name);
+    if (joint == nullptr) return std::nullopt;
+    const auto state = states_.find(joint->id.value);
+    return state == states_.end() ? 0 : state->second.position[0];
+  };
+}
+
+void Robots::follow(Client& client, Tick tick, double time_step) {
+  for (const auto& [name, follower] : followers_) {
+    const auto model = models_.find(name);
+    if (model == models_.end()) {
+      follower->forget();
+      continue;
+    }
+    CommandList commands;
+    for (const auto& [joint, position] : follower->next(tick, time_step, places_of(name))) {
+      if (const FoundJoint* const found = joint_named(model->second, joint))
+        command_joint(*found, DriveMode::kPosition, position, commands);
+    }
+    send(client, std::move(commands));
+  }
+}
+
+void Robots::send(Client& client, CommandList commands) {
+  if (commands.size() == 0) return;
+  Batch batch;
+  batch.commands = std::move(commands);
+  client.send(batch, [](const absl::StatusOr<Answers>& answers) { warn(answers.status()); });
+}
+
+void Robots::carry_out(Client& client, Tick tick, double time_step) {
   commanded_ = false;
+  for (const auto& [name, follower] : followers_) follower->take(tick, time_step, places_of(name));
   for (const auto& [name, model] : models_) {
     CommandList commands;
-    const int drives = model.velocity > 0 ? command_drives(model, commands) : 0;
-    const int joints = model.commands > 0 ? command_joints(model, commands) : 0;
-    if (drives + joints == 0) continue;
-    Batch batch;
-    batch.commands = std::move(commands);
-    client.send(batch, [](const absl::StatusOr<Answers>& answers) { warn(answers.status()); });
+    if (model.velocity > 0) command_drives(model, commands);
+    if (model.commands > 0) command_joints(model, commands);
+    send(client, std::move(commands));
   }
 }
 
-int Robots::command_drives(const Model& model, CommandList& commands) {
-  int count = 0;
+void Robots::command_drives(const Model& model, CommandList& commands) {
   std::optional<TwistMessage> last;
   take_all<TwistMessage>(model.velocity, [&](const TwistMessage& message) { last = message; });
-  if (!last || !std::isfinite(last->linear.x) || !std::isfinite(last->angular.z)) return 0;
-  for (const FoundProgram& drive : model.drives) {
-    commands.tell_program(drive.body, inputs_for(drive, last->linear.x, last->angular.z), drive.program);
-    ++count;
-  }
-  return count;
+  if (!last || !is_finite(*last)) return;
+  for (const FoundProgram& drive : model.drives)
+    commands.tell_program(drive.body, inputs_for(drive, *last), drive.program);
 }
 
-int Robots::command_joints(const Model& model, CommandList& commands) const {
-  int count = 0;
+void Robots::command_joints(const Model& model, CommandList& commands) const {
   take_all<JointStateMessage>(model.commands, [&](const JointStateMessage& message) {
     for (std::uint32_t n = 0; n < message.name._length; ++n) {
       const std::string name = message.name._buffer[n];
-      const auto place = std::ranges::find_if(
-          model.joints, [&](std::size_t joint) { return rest_of(joints_[joint].joint.name) == name; });
-      if (place == model.joints.end()) {
+      const FoundJoint* const joint = joint_named(model, name);
+      if (joint == nullptr) {
         log_warning(
             absl::StrCat("/joint_command names the joint \"", name, "\", which its model does not have"));
         continue;
@@ -302,13 +376,11 @@ int Robots::command_joints(const Model& model, CommandList& commands) const {
                                           std::pair{&message.velocity, DriveMode::kVelocity},
                                           std::pair{&message.effort, DriveMode::kEffort}}) {
         if (n >= numbers->_length || !std::isfinite(numbers->_buffer[n])) continue;
-        command_joint(joints_[*place], mode, numbers->_buffer[n], commands);
-        ++count;
+        command_joint(*joint, mode, numbers->_buffer[n], commands);
         break;
       }
     }
   });
-  return count;
 }
 
 // By its controller, where it has one for that; or else by its drive.

@@ -10,10 +10,12 @@
 #include <atomic>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "ros/follower.h"
 #include "ros/node.h"
 #include "ros/sensors.h"
 #include "ros/transforms.h"
@@ -46,14 +48,16 @@ class Robots {
   // Where the wheels of robots have taken them: from the frame "odom" to that of their bodies.
   std::vector<TransformStamped> ways(Tick tick, double time_step) const;
 
-  void take(ProgramFrame frame);
+  void take(const ProgramFrame& frame);
   void take(JointFrame frame);
   // All that is measured, with the time of a tick; a sensor with a rate as often as it measures.
   void publish(Tick tick, double time_step);
 
   bool is_commanded() const { return commanded_; }
-  // Sends what ROS has commanded.
-  void carry_out(Client& client);
+  // Sends what ROS has commanded; `tick` is the latest that is known.
+  void carry_out(Client& client, Tick tick, double time_step);
+  // Sends where joints should be that follow trajectories.
+  void follow(Client& client, Tick tick, double time_step);
 
  private:
   struct Model {
@@ -72,9 +76,13 @@ class Robots {
   absl::Status add_sensors(const std::vector<FoundProgram>& programs, const std::vector<std::string>& models);
   absl::Status add_joints();
   absl::Status publish_joints(const std::string& name, const Model& model, const Time& stamp) const;
-  // How many commands there are.
-  static int command_drives(const Model& model, CommandList& commands);
-  int command_joints(const Model& model, CommandList& commands) const;
+  absl::Status add_follower(const std::string& model);
+  static void send(Client& client, CommandList commands);
+  static void command_drives(const Model& model, CommandList& commands);
+  void command_joints(const Model& model, CommandList& commands) const;
+  // Of a model: where its joints are.
+  Follower::Where places_of(const std::string& model) const;
+  const FoundJoint* joint_named(const Model& model, const std::string& name) const;
   void command_joint(const FoundJoint& joint, DriveMode mode, double target, CommandList& commands) const;
 
   Node& node_;
@@ -88,6 +96,8 @@ class Robots {
   absl::flat_hash_map<std::uint64_t, FoundProgram> servants_;  // programs pid, by the joint that they drive
   std::vector<Sensor> sensors_;
   std::map<std::string, Model> models_;
+  std::map<std::string, std::unique_ptr<Follower>>
+      followers_;       // by model; those that have gone stay, and rest
   Tick published_ = 0;  // the tick of the last publication
 };
 

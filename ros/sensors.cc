@@ -10,6 +10,7 @@
 
 #include "lpss/programs/measuring.h"
 #include "lpss/programs/places.h"
+#include "lpss/programs/ray_fan.h"
 #include "lpss/programs/registry.h"
 
 namespace tessera::ros {
@@ -48,16 +49,16 @@ absl::Status publish_imu(const Sensor& sensor, const Time& stamp) {
   return write(sensor.writer, &message, sensor.topic);
 }
 
-// The angles of a fan, as the program ranger has them.
-struct Angles {
-  double first = 0;
-  double step = 0;
-};
-Angles angles_of(double middle, double angle, double count) {
-  return {middle - (count > 1 ? angle / 2 : 0), count > 1 ? angle / (count - 1) : 0};
+RayFan fan_of(const FoundProgram& program) {
+  const auto number = [&](absl::string_view name) { return parameter_of(program, name); };
+  return {.rays = static_cast<std::size_t>(number("rays")),
+          .rows = static_cast<std::size_t>(number("rows")),
+          .heading = number("heading"),
+          .angle = number("angle"),
+          .elevation = number("elevation"),
+          .row_angle = number("row_angle"),
+          .on_plane = is_camera(program)};
 }
-
-bool is_flat(const FoundProgram& program) { return parameter_of(program, "rows") <= 1; }
 
 // The distances along its rays; infinite where there is nothing.
 std::vector<float> ranges_of(const Sensor& sensor) {
@@ -73,14 +74,18 @@ std::vector<float> ranges_of(const Sensor& sensor) {
 
 absl::Status publish_scan(const Sensor& sensor, const Time& stamp) {
   const auto number = [&](absl::string_view name) { return parameter_of(sensor.program, name); };
-  const Angles angles = angles_of(number("heading"), number("angle"), number("rays"));
+  const RayFan fan = fan_of(sensor.program);
+  const auto angle_of = [&](std::size_t n) {
+    return static_cast<float>(RayFan::angle_at(fan.heading, fan.angle, fan.rays, n));
+  };
   std::vector<float> ranges = ranges_of(sensor);
   const auto count = static_cast<std::uint32_t>(ranges.size());
   sensor_msgs_msg_dds__LaserScan_ message{};
   message.header = header_of(sensor, stamp);
-  message.angle_min = static_cast<float>(angles.first);
-  message.angle_max = static_cast<float>(angles.first + angles.step * (number("rays") - 1));
-  message.angle_increment = static_cast<float>(angles.step);
+  message.angle_min = angle_of(0);
+  message.angle_max = angle_of(fan.rays - 1);
+  message.angle_increment =
+      fan.rays > 1 ? static_cast<float>(fan.angle / static_cast<double>(fan.rays - 1)) : 0;
   message.scan_time = number("rate") > 0 ? static_cast<float>(1 / number("rate")) : 0;
   message.range_min = static_cast<float>(number("least"));
   message.range_max = static_cast<float>(number("most"));
@@ -88,37 +93,101 @@ absl::Status publish_scan(const Sensor& sensor, const Time& stamp) {
   return write(sensor.writer, &message, sensor.topic);
 }
 
-absl::Status publish_points(const Sensor& sensor, const Time& stamp) {
+using Point = std::array<float, 3>;
+
+absl::Status publish_cloud(const Sensor& sensor, const Time& stamp, std::vector<Point>& points,
+                           std::uint32_t rows, bool is_dense) {
   constexpr std::uint8_t kFloat32 = 7;  // PointField's number for it
-  const auto number = [&](absl::string_view name) { return parameter_of(sensor.program, name); };
-  const Angles headings = angles_of(number("heading"), number("angle"), number("rays"));
-  const Angles rises = angles_of(number("elevation"), number("row_angle"), number("rows"));
-  const std::vector<float> ranges = ranges_of(sensor);
-  const auto rays = static_cast<std::size_t>(number("rays"));
-  std::vector<std::array<float, 3>> points;
-  for (std::size_t n = 0; n < ranges.size(); ++n) {
-    if (!std::isfinite(ranges[n])) continue;
-    const std::size_t row = n / rays;
-    const double rise = rises.first + rises.step * static_cast<double>(row);
-    const double heading = headings.first + headings.step * static_cast<double>(n - row * rays);
-    const double range = ranges[n];
-    points.push_back({static_cast<float>(range * std::cos(rise) * std::cos(heading)),
-                      static_cast<float>(range * std::cos(rise) * std::sin(heading)),
-                      static_cast<float>(range * std::sin(rise))});
-  }
   std::array<std::string, 3> names = {"x", "y", "z"};
   std::array<sensor_msgs_msg_dds__PointField_, 3> fields;
   for (std::uint32_t n = 0; n < fields.size(); ++n) fields[n] = {names[n].data(), 4 * n, kFloat32, 1};
+  const auto size = static_cast<std::uint32_t>(points.size() * sizeof(Point));
   sensor_msgs_msg_dds__PointCloud2_ message{};
   message.header = header_of(sensor, stamp);
-  message.height = 1;
-  message.width = static_cast<std::uint32_t>(points.size());
+  message.height = rows;
+  message.width = static_cast<std::uint32_t>(points.size()) / rows;
   message.fields = {3, 3, fields.data(), /*_release=*/false};
-  message.point_step = sizeof(points[0]);
+  message.point_step = sizeof(Point);
   message.row_step = message.point_step * message.width;
-  message.data = {message.row_step, message.row_step, reinterpret_cast<std::uint8_t*>(points.data()),
-                  /*_release=*/false};
-  message.is_dense = true;
+  message.data = {size, size, reinterpret_cast<std::uint8_t*>(points.data()), /*_release=*/false};
+  message.is_dense = is_dense;
+  return write(sensor.writer, &message, sensor.topic);
+}
+
+// What rays meet.
+absl::Status publish_points(const Sensor& sensor, const Time& stamp) {
+  const RayFan fan = fan_of(sensor.program);
+  const std::vector<float> ranges = ranges_of(sensor);
+  std::vector<Point> points;
+  for (std::size_t n = 0; n < ranges.size(); ++n) {
+    if (!std::isfinite(ranges[n])) continue;
+    const Eigen::Vector3f point = (ranges[n] * fan.direction(n)).cast<float>();
+    points.push_back({point.x(), point.y(), point.z()});
+  }
+  return publish_cloud(sensor, stamp, points, 1, /*is_dense=*/true);
+}
+
+// The pixels of a depth camera by rows, from the left of the uppermost row on: along the axes of an image.
+// Where there is nothing, they are not finite.
+std::vector<Point> pixels_of(const Sensor& sensor) {
+  const RayFan fan = fan_of(sensor.program);
+  const std::vector<float> ranges = ranges_of(sensor);
+  std::vector<Point> pixels;
+  for (std::size_t n = ranges.size(); n-- > 0;) {
+    const Eigen::Vector3f ray = fan.direction(n).cast<float>();
+    const float range = ranges[n];
+    pixels.push_back(std::isfinite(range) ? Point{-range * ray.y(), -range * ray.z(), range * ray.x()}
+                                          : Point{NAN, NAN, NAN});
+  }
+  return pixels;
+}
+
+std::uint32_t rows_of(const Sensor& sensor) {
+  const RayFan fan = fan_of(sensor.program);
+  return static_cast<std::uint32_t>(fan.count() / fan.rays);
+}
+
+absl::Status publish_depth_points(const Sensor& sensor, const Time& stamp) {
+  std::vector<Point> pixels = pixels_of(sensor);
+  return publish_cloud(sensor, stamp, pixels, rows_of(sensor), /*is_dense=*/false);
+}
+
+absl::Status publish_depth_image(const Sensor& sensor, const Time& stamp) {
+  std::vector<float> depths;
+  for (const Point& pixel : pixels_of(sensor)) depths.push_back(pixel[2]);
+  std::string encoding = "32FC1";
+  const auto size = static_cast<std::uint32_t>(depths.size() * sizeof(float));
+  sensor_msgs_msg_dds__Image_ message{};
+  message.header = header_of(sensor, stamp);
+  message.height = rows_of(sensor);
+  message.width = static_cast<std::uint32_t>(depths.size()) / message.height;
+  message.encoding = encoding.data();
+  message.step = message.width * static_cast<std::uint32_t>(sizeof(float));
+  message.data = {size, size, reinterpret_cast<std::uint8_t*>(depths.data()), /*_release=*/false};
+  return write(sensor.writer, &message, sensor.topic);
+}
+
+// Of a camera without distortion.
+absl::Status publish_camera_info(const Sensor& sensor, const Time& stamp) {
+  const RayFan fan = fan_of(sensor.program);
+  std::string model = "plumb_bob";
+  std::array<double, 5> distortion{};
+  sensor_msgs_msg_dds__CameraInfo_ message{};
+  message.header = header_of(sensor, stamp);
+  message.height = rows_of(sensor);
+  message.width = static_cast<std::uint32_t>(fan.rays);
+  message.distortion_model = model.data();
+  message.d = {5, 5, distortion.data(), /*_release=*/false};
+  // Pixels, in which the middle of the first one is at (0, 0).
+  const double across = message.width / (2 * fan.half_width());
+  const double down = static_cast<double>(fan.rows) / (2 * fan.half_height());
+  const double middle = (message.width - 1) / 2.0;
+  const double level = message.height - static_cast<double>(fan.rows) / 2 - 0.5;
+  for (const auto& [place, value] : {std::pair{0, across}, {2, middle}, {4, down}, {5, level}, {8, 1.0}})
+    message.k[place] = value;
+  for (const auto& [place, value] : {std::pair{0, across}, {2, middle}, {5, down}, {6, level}, {10, 1.0}})
+    message.p[place] = value;
+  for (const int diagonal : {0, 4, 8}) message.r[diagonal] = 1;
   return write(sensor.writer, &message, sensor.topic);
 }
 
@@ -183,27 +252,39 @@ absl::Status publish_wheels(const Sensor& sensor, const Time& stamp) {
   return write(sensor.writer, &message, sensor.topic);
 }
 
-constexpr SensorKind kScan{"ranger", "scan", &sensor_msgs_msg_dds__LaserScan__desc, publish_scan};
-constexpr SensorKind kPoints{"ranger", "points", &sensor_msgs_msg_dds__PointCloud2__desc, publish_points};
+constexpr std::array kCameraKinds = {
+    SensorKind{"ranger", "camera", "/points", &sensor_msgs_msg_dds__PointCloud2__desc, publish_depth_points},
+    SensorKind{"ranger", "camera", "/depth/image_raw", &sensor_msgs_msg_dds__Image__desc,
+               publish_depth_image},
+    SensorKind{"ranger", "camera", "/depth/camera_info", &sensor_msgs_msg_dds__CameraInfo__desc,
+               publish_camera_info},
+};
+constexpr std::array kPointsKind = {
+    SensorKind{"ranger", "points", "", &sensor_msgs_msg_dds__PointCloud2__desc, publish_points}};
 constexpr std::array kKinds = {
-    SensorKind{"ackermann", "odom", &nav_msgs_msg_dds__Odometry__desc, publish_wheels},
-    SensorKind{"barometer", "pressure", &sensor_msgs_msg_dds__FluidPressure__desc, publish_pressure},
-    SensorKind{"diff_drive", "odom", &nav_msgs_msg_dds__Odometry__desc, publish_wheels},
-    SensorKind{"imu", "imu", &sensor_msgs_msg_dds__Imu__desc, publish_imu},
-    SensorKind{"load", "wrench", &geometry_msgs_msg_dds__WrenchStamped__desc, publish_wrench},
-    SensorKind{"magnetometer", "magnetic_field", &sensor_msgs_msg_dds__MagneticField__desc, publish_field},
-    SensorKind{"pose", "ground_truth", &nav_msgs_msg_dds__Odometry__desc, publish_pose},
-    kScan,
-    SensorKind{"satellite", "fix", &sensor_msgs_msg_dds__NavSatFix__desc, publish_fix},
+    SensorKind{"ackermann", "odom", "", &nav_msgs_msg_dds__Odometry__desc, publish_wheels},
+    SensorKind{"barometer", "pressure", "", &sensor_msgs_msg_dds__FluidPressure__desc, publish_pressure},
+    SensorKind{"diff_drive", "odom", "", &nav_msgs_msg_dds__Odometry__desc, publish_wheels},
+    SensorKind{"imu", "imu", "", &sensor_msgs_msg_dds__Imu__desc, publish_imu},
+    SensorKind{"load", "wrench", "", &geometry_msgs_msg_dds__WrenchStamped__desc, publish_wrench},
+    SensorKind{"magnetometer", "magnetic_field", "", &sensor_msgs_msg_dds__MagneticField__desc,
+               publish_field},
+    SensorKind{"pose", "ground_truth", "", &nav_msgs_msg_dds__Odometry__desc, publish_pose},
+    SensorKind{"ranger", "scan", "", &sensor_msgs_msg_dds__LaserScan__desc, publish_scan},
+    SensorKind{"satellite", "fix", "", &sensor_msgs_msg_dds__NavSatFix__desc, publish_fix},
 };
 
 }  // namespace
 
-const SensorKind* find_sensor_kind(const FoundProgram& program) {
+bool is_camera(const FoundProgram& program) {
+  return program.kind == "ranger" && parameter_of(program, "plane") >= 0.5;
+}
+
+std::span<const SensorKind> sensor_kinds(const FoundProgram& program) {
+  if (is_camera(program)) return kCameraKinds;
+  if (program.kind == "ranger" && parameter_of(program, "rows") > 1) return kPointsKind;
   const auto found = std::ranges::find(kKinds, absl::string_view(program.kind), &SensorKind::program);
-  if (found == kKinds.end()) return nullptr;
-  static constexpr SensorKind kInRows = kPoints;
-  return found->program == kScan.program && !is_flat(program) ? &kInRows : &*found;
+  return found == kKinds.end() ? std::span<const SensorKind>() : std::span(&*found, 1);
 }
 
 double parameter_of(const FoundProgram& program, absl::string_view name) {
@@ -221,8 +302,10 @@ std::optional<Pose> mounting_of(const FoundProgram& program) {
   const auto number = [&](absl::string_view name) { return parameter_of(program, name); };
   if (program.kind != "imu" && program.kind != "ranger" && program.kind != "magnetometer")
     return std::nullopt;
-  return Pose{{number("x"), number("y"), number("z")},
-              turned_by(number("roll"), number("pitch"), number("yaw"))};
+  const Pose mounting{{number("x"), number("y"), number("z")},
+                      turned_by(number("roll"), number("pitch"), number("yaw"))};
+  const Pose image{Eigen::Vector3d::Zero(), Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)};
+  return is_camera(program) ? mounting * image : mounting;
 }
 
 bool measures_since(const Sensor& sensor, Tick before, Tick tick, double time_step) {

@@ -5,6 +5,7 @@
 #include <absl/strings/string_view.h>
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,12 @@
 
 namespace tessera::ros {
 
-// A program that measures, and where it publishes.
+struct SensorKind;
+
+// A program that measures, and a topic of what it measures.
 struct Sensor {
-  FoundProgram program;    // its parameters are those that it was found with
+  FoundProgram program;  // its parameters are those that it was found with
+  const SensorKind* kind = nullptr;
   std::string topic;       // "/robot/scan"
   std::string frame;       // in which it measures; of odometry, that in which the way is
   std::string body_frame;  // of its body
@@ -24,15 +28,16 @@ struct Sensor {
   std::vector<double> values;  // the latest; empty: none yet
 };
 
-// How the programs of a kind are published.
+// How the programs of a kind are published on a topic.
 struct SensorKind {
   absl::string_view program;  // its kind
   absl::string_view name;     // of topics, where the program has no name
+  absl::string_view part;     // of several topics of a program: what comes after the name
   const dds_topic_descriptor_t* type = nullptr;
   absl::Status (*publish)(const Sensor&, const Time&) = nullptr;
 };
-// Null for programs that do not measure.
-const SensorKind* find_sensor_kind(const FoundProgram& program);
+// All topics of a program; none of one that does not measure.
+std::span<const SensorKind> sensor_kinds(const FoundProgram& program);
 
 // A parameter, and one of the latest values, by name; 0 where the program has none of that name.
 double parameter_of(const FoundProgram& program, absl::string_view name);
@@ -41,6 +46,9 @@ double value_of(const Sensor& sensor, absl::string_view name);
 // The pose of a sensor in its body, of which its measurements have the axes; nothing for one that measures in
 // the frame of its body.
 std::optional<Pose> mounting_of(const FoundProgram& program);
+// Of one that measures as a camera does, the axes are those of an image: x to the right, y downwards, z to
+// where it looks.
+bool is_camera(const FoundProgram& program);
 
 // Whether a sensor with a rate measures in one of the ticks after `before`, up to `tick`.
 bool measures_since(const Sensor& sensor, Tick before, Tick tick, double time_step);

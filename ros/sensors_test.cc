@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -31,9 +32,26 @@ Sensor sensor_of(const std::string& kind, const std::vector<NamedNumber>& given 
     sensor.program.parameters.push_back({std::string(program.parameters()[n].name), record.parameters[n]});
   for (std::size_t n = 0; n < record.values.size(); ++n)
     sensor.values.push_back(static_cast<double>(n) + 0.5);
+  sensor.kind = &sensor_kinds(sensor.program).front();
   sensor.topic = absl::StrCat("/test/", kind, given.size());
   sensor.frame = "robot/eye";
   sensor.body_frame = "robot/head";
+  return sensor;
+}
+
+// One of the topics of a depth camera of 3 x 2 pixels; the second and the third one are empty.
+Sensor camera(absl::string_view part) {
+  Sensor sensor = sensor_of("ranger", {{"rays", 3},
+                                       {"rows", 2},
+                                       {"angle", 2 * std::atan(0.75)},
+                                       {"row_angle", 2 * std::atan(0.5)},
+                                       {"most", 6},
+                                       {"plane", 1}});
+  sensor.values[6] = sensor.values[7] = 6;
+  for (const SensorKind& kind : sensor_kinds(sensor.program)) {
+    if (kind.part == part) sensor.kind = &kind;
+  }
+  absl::StrAppend(&sensor.topic, part);
   return sensor;
 }
 
@@ -62,13 +80,16 @@ TEST(SensorMessages, AreThoseOfRosToTheByte) {
         {"sensor_msgs/LaserScan", sensor_of("ranger", {{"rays", 3}, {"angle", 2}, {"most", 4}, {"rate", 8}})},
         {"sensor_msgs/PointCloud2",
          sensor_of("ranger", {{"rays", 1}, {"rows", 3}, {"row_angle", 1}, {"most", 4}})},
+        {"sensor_msgs/PointCloud2 of a camera", camera("/points")},
+        {"sensor_msgs/Image", camera("/depth/image_raw")},
+        {"sensor_msgs/CameraInfo", camera("/depth/camera_info")},
         {"sensor_msgs/NavSatFix", sensor_of("satellite", {{"noise", 0.5}, {"height_noise", 2}})},
         {"sensor_msgs/MagneticField", sensor_of("magnetometer", {{"noise", 0.5}})},
         {"sensor_msgs/FluidPressure", sensor_of("barometer", {{"noise", 0.5}})},
         {"geometry_msgs/WrenchStamped", sensor_of("load")},
         {"nav_msgs/Odometry", sensor_of("pose", {{"noise", 0.5}, {"turn_noise", 0.25}})}}) {
     Sensor published = sensor;
-    const SensorKind& kind = *find_sensor_kind(published.program);
+    const SensorKind& kind = *published.kind;
     const dds_entity_t topic = dds_create_topic(
         participant, kind.type, absl::StrCat("rt", published.topic).c_str(), nullptr, nullptr);
     const dds_entity_t reader = dds_create_reader(participant, topic, qos, nullptr);

@@ -24,7 +24,7 @@ MAY_INCLUDE = {
     "gateway": "daemon keys lpss proto transport",
     "client_sdk": "daemon keys lpss proto",
     "viewer": "client_sdk daemon keys lpss",
-    "ros": "client_sdk daemon lpss transport",
+    "ros": "client_sdk daemon lpss transport worlds",
     "simulator": "coordinator lpss proto sector_server transport",
     "cli": "client_sdk coordinator daemon gateway keys lpss proto sector_server simulator tiles worlds",
     "experiments": "cli client_sdk coordinator lpss proto simulator worlds",

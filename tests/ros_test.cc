@@ -10,9 +10,10 @@
 #include <utility>
 
 #include "dds/dds.h"
+#include "lpss/simulation/simulation.h"
 #include "ros/transforms.h"
 #include "tests/cluster_fixture.h"
-#include "transport/dds_network.h"
+#include "tests/ros_fixture.h"
 
 namespace tessera {
 namespace {
@@ -46,89 +47,6 @@ std::set<std::string> children(const TransformMessage& message) {
     names.insert(message.transforms._buffer[i].child_frame_id);
   return names;
 }
-
-class RosTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    setenv("CYCLONEDDS_URI", dds_configuration({}).c_str(), 1);
-    setenv("ROS_DOMAIN_ID", absl::StrCat(domain_).c_str(), 1);
-    participant_ = dds_create_participant(domain_, nullptr, nullptr);
-    ASSERT_GT(participant_, 0);
-  }
-  void TearDown() override {
-    dds_delete(participant_);
-    unsetenv("CYCLONEDDS_URI");
-    unsetenv("ROS_DOMAIN_ID");
-  }
-
-  dds_entity_t read(const dds_topic_descriptor_t& type, const char* topic, dds_reliability_kind_t reliability,
-                    dds_durability_kind_t durability) const {
-    dds_qos_t* qos = dds_create_qos();
-    dds_qset_reliability(qos, reliability, DDS_SECS(1));
-    dds_qset_durability(qos, durability);
-    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 100);
-    const dds_entity_t reader = dds_create_reader(
-        participant_, dds_create_topic(participant_, &type, topic, nullptr, nullptr), qos, nullptr);
-    dds_delete_qos(qos);
-    EXPECT_GT(reader, 0);
-    return reader;
-  }
-  dds_entity_t read_clock() const {
-    return read(rosgraph_msgs_msg_dds__Clock__desc, "rt/clock", DDS_RELIABILITY_BEST_EFFORT,
-                DDS_DURABILITY_VOLATILE);
-  }
-  dds_entity_t read_transforms() const {
-    return read(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf", DDS_RELIABILITY_RELIABLE,
-                DDS_DURABILITY_VOLATILE);
-  }
-  dds_entity_t read_static_transforms() const {
-    return read(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf_static", DDS_RELIABILITY_RELIABLE,
-                DDS_DURABILITY_TRANSIENT_LOCAL);
-  }
-
-  // Whether `see` accepts one of the next messages.
-  template <typename Message>
-  bool await(dds_entity_t reader, const std::function<bool(const Message&)>& see) const {
-    const dds_entity_t waitset = dds_create_waitset(participant_);
-    const dds_entity_t condition = dds_create_readcondition(reader, DDS_ANY_STATE);
-    dds_waitset_attach(waitset, condition, 0);
-    const dds_time_t deadline = dds_time() + absl::ToInt64Nanoseconds(kPatience);
-    bool content = false;
-    while (!content && dds_waitset_wait_until(waitset, nullptr, 0, deadline) > 0) {
-      void* sample = nullptr;
-      dds_sample_info_t info;
-      if (dds_take(reader, &sample, &info, 1, 1) != 1) continue;
-      content = info.valid_data && see(*static_cast<const Message*>(sample));
-      dds_return_loan(reader, &sample, 1);
-    }
-    dds_delete(condition);
-    dds_delete(waitset);
-    return content;
-  }
-
-  dds_entity_t write_to(const dds_topic_descriptor_t& type, const char* topic) const {
-    dds_qos_t* const qos = dds_create_qos();
-    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
-    const dds_entity_t writer = dds_create_writer(
-        participant_, dds_create_topic(participant_, &type, topic, nullptr, nullptr), qos, nullptr);
-    dds_delete_qos(qos);
-    EXPECT_GT(writer, 0);
-    return writer;
-  }
-
-  // Whether somebody subscribes to what a writer writes.
-  bool await_reader(dds_entity_t writer) const {
-    dds_set_status_mask(writer, DDS_PUBLICATION_MATCHED_STATUS);
-    const dds_entity_t waitset = dds_create_waitset(participant_);
-    dds_waitset_attach(waitset, writer, 0);
-    const bool is_there = dds_waitset_wait(waitset, nullptr, 0, absl::ToInt64Nanoseconds(kPatience)) > 0;
-    dds_delete(waitset);
-    return is_there;
-  }
-
-  const std::uint32_t domain_ = static_cast<std::uint32_t>(getpid() % 100);
-  dds_entity_t participant_ = 0;
-};
 
 TEST_F(RosTest, BodiesFarAwayAreNearTheirSectorAndWhereTheStreamSays) {
   const SectorIndex sector{kFar, -kFar, 0};
@@ -293,6 +211,44 @@ TEST_F(RosTest, ARobotIsDrivenThroughAHouseWhileAServerIsLost) {
   })) << ros.output();
 }
 
+// From the tick at which its command takes effect on, it has the bits that it would have had.
+TEST_F(RosTest, TheLossOfAServerChangesNoBitOfADrivenRobot) {
+  constexpr Tick kDriven = 240;
+  const WorldDescription house = read_world("house.sdf");
+  const Cluster cluster = start_cluster(2, {.checkpoint_every = absl::Milliseconds(100)});
+  ASSERT_TRUE(cluster.client);
+  Client& client = *cluster.client;
+  ASSERT_THAT(client.load(house).status(), IsOk());
+  const Process ros("tessera-ros", {"--connect", cluster.processes->address()});
+  const dds_entity_t velocity = write_to(geometry_msgs_msg_dds__Twist__desc, "rt/burger/cmd_vel");
+  ASSERT_TRUE(await_reader(velocity)) << ros.output();
+  geometry_msgs_msg_dds__Twist_ twist{};
+  twist.linear.x = 0.4;
+  twist.angular.z = 0.3;
+  ASSERT_EQ(dds_write(velocity, &twist), 0);
+  const absl::Time deadline = absl::Now() + kPatience;
+  Tick told = 0;
+  FoundProgram drive;
+  do {
+    ASSERT_LT(absl::Now(), deadline) << ros.output();
+    told = client.step(1, kPatience).value();
+    drive = program_of(client, "burger::base_link", "diff_drive");
+  } while (number_of(drive.inputs, "speed") != twist.linear.x);
+  ASSERT_THAT(client.step(kDriven / 2, kPatience).status(), IsOk());
+  ASSERT_EQ(kill(cluster.processes->server(1), SIGKILL), 0);
+  ASSERT_THAT(cluster.processes->replace_server(1), IsOk());
+  ASSERT_THAT(client.step(kDriven / 2, kPatience).status(), IsOk());
+  const HashAt hash = client.hash(kPatience).value();
+  ASSERT_EQ(hash.tick, told + kDriven);
+
+  const std::unique_ptr<Simulation> alone = Simulation::create(house).value();
+  const TellProgram command{drive.body, drive.program, {{0, twist.linear.x}, {1, twist.angular.z}}, {}};
+  for (Tick tick = 1; tick <= hash.tick; ++tick)
+    alone->step(tick == told ? std::vector<Command>{command} : std::vector<Command>{});
+  EXPECT_EQ(hash.hash, alone->hash().to_string());
+  EXPECT_EQ(hash.programs, alone->program_hash().to_string());
+}
+
 TEST_F(RosTest, TheLossOfTheCoordinatorIsSurvived) {
   cli::LocalClusterOptions options;
   options.checkpoint_every = absl::Milliseconds(200);
@@ -325,10 +281,10 @@ TEST_F(RosTest, ARobotThatIsTheRootHasTheNamesOfItsStack) {
   const auto reliable = [&](const dds_topic_descriptor_t& type, const char* topic) {
     return read(type, topic, DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_VOLATILE);
   };
-  const dds_entity_t scans = reliable(sensor_msgs_msg_dds__LaserScan__desc, "rt/scan");
+  const dds_entity_t scans = reliable(sensor_msgs_msg_dds__LaserScan__desc, "rt/front/scan");
   const dds_entity_t transforms = read_transforms();
-  const Process ros("tessera-ros",
-                    {"--connect", cluster.processes->address(), "--root", "burger", "--tf", "odom"});
+  const Process ros("tessera-ros", {"--connect", cluster.processes->address(), "--root", "burger", "--tf",
+                                    "odom", "--remap", "/scan:=/front/scan"});
   ASSERT_THAT(client.resume().status(), IsOk());
   EXPECT_TRUE(await<sensor_msgs_msg_dds__LaserScan_>(scans, [](const auto& scan) {
     EXPECT_STREQ(scan.header.frame_id, "base_link/scan");
@@ -412,6 +368,9 @@ TEST_F(RosTest, WhatCannotBeIsTold) {
   Process both("tessera-ros", {"--reach", "10", "--bodies", "ball"});
   EXPECT_EQ(both.wait(), 2);
   EXPECT_THAT(both.output(), HasSubstr("--bodies"));
+  Process remap("tessera-ros", {"--remap", "/scan=/other"});
+  EXPECT_EQ(remap.wait(), 2);
+  EXPECT_THAT(remap.output(), HasSubstr("must be /NAME:=/OTHER"));
 }
 
 }  // namespace
