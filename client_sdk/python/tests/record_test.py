@@ -159,6 +159,47 @@ def test_foxglove_reads_it_by_its_index(client: tessera.Client, path: Path) -> N
             assert places == frame.relative_to(recording.sector).tolist()
 
 
+def test_foxglove_draws_what_programs_measure(client: tessera.Client, path: Path) -> None:
+    world = tessera.World("sensors", tessera.Settings(sector_size=8))
+    before = tessera.WorldPosition((3.5, 0, 0), (0, 0, 0))
+    world.add(tessera.Body("wall", tessera.box(1, 8, 8), position=before, motion=tessera.Motion.STATIC))
+    sensors = (
+        tessera.Program("ranger", rays=3, angle=1.2, z=0.5, yaw=0.25),
+        tessera.Program("ranger", rays=4, rows=2, angle=1, row_angle=0.5, plane=1).named("eye"),
+        tessera.Program("satellite", latitude=48, longitude=11, noise=2),
+        tessera.Program("imu"),
+    )
+    world.add(tessera.Body("robot::hull", tessera.sphere(0.2), 1, programs=sensors))
+    client.load(world, replace=True)
+    record(client, path, 30)
+    found = by_foxglove(path)
+
+    def of(topic: str) -> list[Any]:
+        return [message for message in found["messages"] if message["topic"] == topic]
+
+    scan, points, fix = of("/robot/hull/scan_0"), of("/robot/hull/eye"), of("/robot/hull/fix_2")
+    assert scan[-1]["encoding"] == "protobuf protobuf foxglove.LaserScan"
+    assert points[-1]["encoding"] == "protobuf protobuf foxglove.PointCloud"
+    assert fix[-1]["encoding"] == "protobuf protobuf foxglove.LocationFix"
+    assert scan[-1]["data"]["frame_id"] == "robot::hull"
+    assert (scan[-1]["data"]["start_angle"], scan[-1]["data"]["end_angle"]) == (-0.6, 0.6)
+    assert scan[-1]["data"]["ranges"] == pytest.approx([3 / np.cos(a + 0.25) for a in (-0.6, 0, 0.6)], 1e-4)
+    assert scan[-1]["data"]["pose"]["position"] == {"x": 0, "y": 0, "z": 0.5}
+    assert scan[-1]["data"]["pose"]["orientation"]["z"] == pytest.approx(np.sin(0.125))
+    assert points[-1]["data"]["point_stride"] == 12
+    assert [field["name"] for field in points[-1]["data"]["fields"]] == ["x", "y", "z"]
+    data = points[-1]["data"]["data"]
+    cloud = np.frombuffer(bytes(data[str(n)] for n in range(96)), "<f4").reshape(-1, 3)
+    assert cloud[:, 0].tolist() == pytest.approx([3] * 8, 1e-4)  # the wall
+    assert fix[-1]["data"]["latitude"] == pytest.approx(48, abs=1e-3)
+    assert fix[-1]["data"]["position_covariance"] == [4, 0, 0, 0, 4, 0, 0, 0, 0]
+
+    with read(path) as recording:
+        programs = {program.kind: program for program in recording.programs(30)}
+        assert programs["imu"].values["acceleration_z"] == pytest.approx(0, abs=1e-4)  # it falls
+        assert programs["imu"].body_name == "robot::hull"
+
+
 def test_far_away_the_same_is_drawn(client: tessera.Client, path: Path, tmp_path: Path) -> None:
     client.load(falling_world(), replace=True)
     record(client, path, 30)

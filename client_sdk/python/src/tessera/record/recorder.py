@@ -16,14 +16,18 @@ from google.protobuf import json_format
 from tessera._proto import query_pb2, tessera_pb2, world_pb2
 from tessera.client import CALL_TIMEOUT_S, Client, Status
 from tessera.errors import Cancelled, InvalidArgument, NotFound
-from tessera.frame import BodyFrame, Ids, body_batch, body_frame
+from tessera.frame import BodyFrame, Ids, ProgramFrame, body_batch, body_frame
 from tessera.position import Sector, SectorLike, sector_message, to_sector
+from tessera.queries import programs
 from tessera.record import topics
 from tessera.record.mcap_writer import McapWriter
 from tessera.record.scene import scene, transforms
 from tessera.record.schema import definition_of
+from tessera.record.sensors import NUMBERS_MAX, Drawing, draw, drawing_of, named
 from tessera.references import BodyName
+from tessera.results import FoundProgram
 
+PROGRAMS_MAX = 100_000  # of the bodies that are asked for at once
 EVERY_MAX = 1000  # ticks; contacts of the ticks in between are buffered at the servers
 
 
@@ -34,8 +38,8 @@ class Recorder:
             client.step(120)
             recorder.run(ticks=120)
 
-    It subscribes when it is constructed, and is complete from then on. Each tick has the states of bodies and
-    their contacts. Each second of simulated time has the status of the cluster, and the static bodies if they
+    It subscribes when it is constructed, and is complete from then on. Each tick has the states of bodies,
+    their contacts, and what their programs measure. Each second of simulated time has the status of the cluster, and the static bodies if they
     have changed. The end of the `with` block completes the file; an interrupted file can be read up to its
     last second.
     """
@@ -62,6 +66,7 @@ class Recorder:
         self._every = every
         self._ids = [client.find(body).id if isinstance(body, str) else int(body) for body in bodies]
         with ExitStack() as ending:
+            self._measured = ending.enter_context(client.watch_programs(ids=self._ids, every_ticks=every))
             self._contacts = ending.enter_context(client.watch_contacts(ids=self._ids, persisting=every == 1))
             self._bodies = ending.enter_context(
                 client.watch_bodies(ids=self._ids, every_ticks=every, complete=True)
@@ -75,6 +80,8 @@ class Recorder:
             ending.callback(self._file.finish)
             self._begin(status)
             self._ending = ending.pop_all()
+        self._programs: dict[tuple[int, int], FoundProgram] = {}  # by body and place
+        self._program_tick: int | None = None  # the last that was read
         self._catalogue: dict[int, query_pb2.FoundBodies.Found] = {}
         self._names: dict[int, str] = {}
         self._shapes: dict[int, world_pb2.Shape] = {}
@@ -182,6 +189,7 @@ class Recorder:
         self._write(topics.BODIES, tick, body_batch(frame))
         self._write(topics.TF, tick, transforms(frame, self._names, self.sector, self._time_of(tick)))
         self._record_contacts(tick)
+        self._record_programs(tick)
         self.tick = tick
         self.count += 1
 
@@ -230,6 +238,41 @@ class Recorder:
             contacts = _contacts_of(self._contact_tick, parts)
             if contacts.contacts or self._contact_tick % self._every == 0:
                 self._write(topics.CONTACTS, self._contact_tick, contacts)
+
+    def _record_programs(self, tick: int) -> None:
+        """Records what programs have published after the last recorded tick, up to `tick`."""
+        while self._program_tick is None or self._program_tick < tick:
+            frame = self._measured.next()
+            self._program_tick = frame.tick
+            self._meet(frame)
+            known = [(self._programs.get((sample.body, sample.program)), sample) for sample in frame.programs]
+            told = [
+                named(found, sample)
+                for found, sample in known
+                if found is not None and len(sample.values) <= NUMBERS_MAX
+            ]
+            if told:
+                self._write(topics.PROGRAMS, frame.tick, query_pb2.FoundPrograms(programs=told))
+            for found, sample in known:
+                drawing = None if found is None else drawing_of(found)
+                if found is not None and drawing is not None:
+                    time = self._time_of(frame.tick)
+                    self._write(self._topic_of(found, drawing), frame.tick, draw(drawing, found, sample, time))
+
+    def _meet(self, frame: ProgramFrame) -> None:
+        """Asks for the names and parameters of programs that are new."""
+        new = {sample.body for sample in frame.programs if (sample.body, sample.program) not in self._programs}
+        if new:
+            for found in self._client.ask_one(programs(sorted(new), limit=PROGRAMS_MAX)):
+                self._programs[found.body, found.program] = found
+
+    def _topic_of(self, found: FoundProgram, drawing: Drawing) -> str:
+        """Its topic, which may be new: "/robot/hull/scan"."""
+        topic = f"/{found.body_name.replace('::', '/')}/{found.name or f'{drawing.topic}_{found.program}'}"
+        if topic not in self._channels:
+            kind = drawing.kind
+            self._channels[topic] = self._file.add_channel(topic, kind.DESCRIPTOR.full_name, definition_of(kind))
+        return topic
 
     def _time_of(self, tick: int) -> int:
         return topics.time_of(tick, self.time_step)

@@ -18,7 +18,7 @@ from tessera.position import Sector
 from tessera.record import topics
 from tessera.record.mcap_reader import McapReader
 from tessera.references import BodyName, name_list
-from tessera.results import FoundBody
+from tessera.results import FoundBody, FoundProgram, to_found_programs
 
 
 class Recording:
@@ -95,6 +95,14 @@ class Recording:
         place = _place(self._ticks_of(topics.CONTACTS), tick)
         (message,) = self._reader.messages(topics.CONTACTS, place, place + 1)
         return contact_frame(tick, [tessera_pb2.ContactBatch.FromString(message.data)])
+
+    def programs(self, tick: int) -> list[FoundProgram]:
+        """The programs whose values have changed at a tick, with these values; rangers of many rays are drawn
+        alone. KeyError if there are none.
+        """
+        place = _place(self._ticks_of(topics.PROGRAMS), tick)
+        (message,) = self._reader.messages(topics.PROGRAMS, place, place + 1)
+        return to_found_programs(query_pb2.FoundPrograms.FromString(message.data))
 
     def static_bodies(self, tick: int) -> BodyFrame:
         """The latest recorded static bodies at this tick. KeyError before the first."""

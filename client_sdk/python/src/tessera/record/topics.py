@@ -13,6 +13,7 @@ from tessera.record.schema import FrameTransforms, SceneUpdate
 BODIES = "/tessera/bodies"  # states at every recorded tick, ascending by id
 STATIC_BODIES = "/tessera/static_bodies"  # likewise, after changes
 CONTACTS = "/tessera/contacts"  # ascending by (a, b)
+PROGRAMS = "/tessera/programs"  # values that have changed, by their names
 STATUS = "/tessera/status"  # once a second
 CATALOGUE = "/tessera/catalogue"  # new bodies: names, properties, shapes
 TF = "/tf"  # for drawing, see tessera.record.scene: frames of bodies
@@ -23,6 +24,7 @@ MESSAGES: dict[str, Any] = {
     BODIES: tessera_pb2.BodyBatch,
     STATIC_BODIES: tessera_pb2.BodyBatch,
     CONTACTS: tessera_pb2.ContactBatch,
+    PROGRAMS: query_pb2.FoundPrograms,
     STATUS: tessera_pb2.StatusReply,
     CATALOGUE: query_pb2.FoundBodies,
     TF: FrameTransforms,
