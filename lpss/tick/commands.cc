@@ -1,6 +1,8 @@
 #include "lpss/tick/commands.h"
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <optional>
 #include <type_traits>
@@ -145,6 +147,17 @@ class Commands {
   }
 
  private:
+  // The rotation in the middle of the tick, by rows: a force that turns with its body acts along the mean of
+  // its directions.
+  std::array<double, 9> halfway(const BodyState& state) const {
+    using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    const Eigen::Matrix3d axes = Eigen::Map<const Rotation>(state.rotation.data());
+    std::array<double, 9> rows;
+    Eigen::Map<Rotation>(rows.data()) =
+        turned<double>(axes, partition_.dt() / 2 * vector(state.angular_velocity));
+    return rows;
+  }
+
   // By the forces that last. What is pushed may be near a border, and its replicas must know how far it may
   // go.
   void push_lasting() {
@@ -152,7 +165,7 @@ class Commands {
       for (HomeBody* body : sector->pushed) {
         SectorWorld& world = *sector->world;
         if (world.activity(body->slot) == Activity::kAsleep) continue;
-        world.add_wrench(body->slot, wrench_at(body->properties, world.state(body->slot).rotation));
+        world.add_wrench(body->slot, wrench_at(body->properties, halfway(world.state(body->slot))));
         note_if_stopped(partition_, *body, stopped_);
         mark_dirty(*body);
       }
