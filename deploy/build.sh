@@ -5,6 +5,7 @@
 # build folder keeps what it was configured for.
 #
 #   deploy/build.sh release tessera-viewer     the web UI
+#   deploy/build.sh release tessera-wasm       the engine of programs in WebAssembly
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -26,11 +27,18 @@ else
   options=(-DTESSERA_TESTS=OFF -DTESSERA_VIEWER=OFF)
 fi
 "$top/deploy/install_dependencies.sh" "$group"
+wants_wasm=no
+if [[ " $* " == *" tessera-wasm "* ]]; then
+  wants_wasm=yes
+  "$top/deploy/install_dependencies.sh" wasm
+fi
 started=$SECONDS
 
 configured() {
   local option
   [ -f "$build/build.ninja" ] || return 1
+  # Its target is there once its packages are.
+  [ "$wants_wasm" = no ] || grep -q '^build tessera-wasm:' "$build/build.ninja" || return 1
   for option in "${options[@]}"; do grep -qxF -- "${option#-D}" <(sed 's/:BOOL=/=/' "$build/CMakeCache.txt") || return 1; done
 }
 cd "$top"

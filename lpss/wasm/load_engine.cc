@@ -15,7 +15,7 @@ absl::StatusOr<Engine*> loaded() {
       load_shared_module("libtessera-wasm.so", "tessera_wasm_interface", TESSERA_WASM_INTERFACE);
   if (!module.ok())
     return absl::NotFoundError(absl::StrCat(
-        "no engine for programs in WebAssembly (Tessera builds it where libmozjs-102-dev is installed): ",
+        "no engine for programs in WebAssembly; in a clone, deploy/build.sh release tessera-wasm builds it: ",
         module.status().message()));
   void* const get = dlsym(*module, "tessera_wasm_engine");
   if (get == nullptr) return absl::NotFoundError("the engine for programs in WebAssembly has no entry");
