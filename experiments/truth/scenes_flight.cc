@@ -60,7 +60,7 @@ Scene thrusters() {
     const double time = course.seconds(), angle = kTurn * time;
     const Vector3d right = kPush / (kMass * kTurn) * Vector3d(std::sin(angle), 1 - std::cos(angle), 0);
     return {{"momentum given", "N s", kPush * time, kMass * course.last("straight").velocity.x(), 1e-3},
-            {"velocity of one that turns", "m/s", 0, (course.last("turning").velocity - right).norm(), 0.02}};
+            {"velocity of one that turns", "m/s", 0, (course.last("turning").velocity - right).norm(), 1e-3}};
   };
   return scene;
 }
