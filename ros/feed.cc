@@ -7,6 +7,7 @@
 
 #include "client_sdk/live/sampling.h"
 #include "daemon/log.h"
+#include "worlds/loader/model_file.h"
 
 namespace tessera::ros {
 namespace {

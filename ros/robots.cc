@@ -9,6 +9,7 @@
 #include <set>
 
 #include "daemon/log.h"
+#include "worlds/loader/model_file.h"
 
 namespace tessera::ros {
 namespace {
@@ -58,8 +59,6 @@ std::vector<NamedNumber> inputs_for(const FoundProgram& program, const TwistMess
 }
 
 }  // namespace
-
-std::string model_of(const std::string& name) { return name.substr(0, name.find("::")); }
 
 std::string rest_of(const std::string& name) {
   const std::size_t colons = name.find("::");

@@ -101,8 +101,7 @@ class Robots {
   Tick published_ = 0;  // the tick of the last publication
 };
 
-// "robot" of "robot::arm::hand", and "arm/hand" of it.
-std::string model_of(const std::string& name);
+// "arm/hand" of "robot::arm::hand".
 std::string rest_of(const std::string& name);
 // A name as a part of a topic: ROS has letters, digits and _ there, and no digit at first.
 std::string topic_word(absl::string_view name);

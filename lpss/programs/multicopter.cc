@@ -139,9 +139,9 @@ class Multicopter final : public Program {
     const double most_level = upwards * sin / cos;
     const bool is_bounded = level.norm() > most_level || upwards != all.dot(up);
     if (level.norm() > most_level) level *= most_level / level.norm();
-    // What its bounds leave of an error is nothing to learn from.
     // So fast that it does not swing about what there is to learn.
     const double gain = parameter(senses, Parameter::kGain);
+    // What its bounds leave of an error is nothing to learn from.
     if (!is_bounded) learnt += gain * gain / 4 * senses.dt * error;
     return level + upwards * up;
   }

@@ -12,12 +12,10 @@
 namespace tessera {
 namespace {
 
-std::string first_part(const std::string& name) { return name.substr(0, name.find("::")); }
-
 absl::StatusOr<WorldDescription> one_model(absl::StatusOr<LoadedWorld> loaded) {
   if (!loaded.ok()) return loaded.status();
   std::set<std::string> names;
-  for (const BodyDescription& body : loaded->world.bodies) names.insert(first_part(body.name));
+  for (const BodyDescription& body : loaded->world.bodies) names.insert(model_of(body.name));
   if (names.size() != 1)
     return absl::InvalidArgumentError(
         absl::StrCat("the file has ", names.size(), " models; only one can be spawned"));
@@ -34,7 +32,9 @@ absl::StatusOr<WorldDescription> load_model_string(const std::string& xml) {
   return one_model(load_world_string(xml, "/"));
 }
 
-std::string model_name(const WorldDescription& model) { return first_part(model.bodies.front().name); }
+std::string model_of(const std::string& name) { return name.substr(0, name.find("::")); }
+
+std::string model_name(const WorldDescription& model) { return model_of(model.bodies.front().name); }
 
 absl::Status rename_model(const std::string& name, WorldDescription& model) {
   if (name.empty() || name.size() > kModelNameBytesMax || absl::StrContains(name, "::") || !is_utf8(name)) {

@@ -15,7 +15,8 @@ namespace tessera {
 absl::StatusOr<WorldDescription> load_model_file(const std::filesystem::path& file);
 absl::StatusOr<WorldDescription> load_model_string(const std::string& xml);
 
-// "robot", whose bodies are "robot::hull" and so on.
+// "robot" of "robot::arm::hand": the model of a body, a joint or a frame, by its name.
+std::string model_of(const std::string& name);
 std::string model_name(const WorldDescription& model);
 
 // Gives the model another name, and so its bodies, joints and frames. INVALID_ARGUMENT for one that is empty,
