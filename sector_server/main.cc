@@ -33,6 +33,10 @@ namespace {
 // How long a server looks for what another one owes it within a tick, before it sleeps.
 constexpr std::chrono::microseconds kEager{200};
 
+// How long a server that ends waits at most for clients to take what their streams have for them: as long as
+// clients go on reading from a server that has left the world.
+constexpr std::chrono::seconds kFarewell{5};
+
 // Of gRPC: they accept calls, and refuse those beyond the limit.
 constexpr std::size_t kThreadsBesideStreams = 64;
 
@@ -173,7 +177,7 @@ int run(SectorServerArguments& arguments) {
   const absl::Status status = serve(**link, *server, streams, metrics, signals, pulse);
   streams.shut_down();
   door->reset();
-  edge->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(1));
+  edge->Shutdown(std::chrono::system_clock::now() + kFarewell);
   waker.detach();
   if (!status.ok()) {
     log_error(status.message());
