@@ -20,7 +20,8 @@
 
 namespace tessera {
 
-inline constexpr std::uint32_t kClusterProtocol = 14;
+// Of what daemons say to each other, and of what they compute: another number where either changes.
+inline constexpr std::uint32_t kClusterProtocol = 15;
 
 // Of joints, commands, sectors and what all share, in snapshots and stores.
 inline constexpr std::uint32_t kStoredVersion = 6;

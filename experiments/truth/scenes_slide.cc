@@ -45,6 +45,53 @@ Scene slide_of(const std::string& name, const Vector3d& size, double yaw, double
   return scene;
 }
 
+// A box that slides and turns at once. Its corners are at R from its centre, m R^2 = 3 I, and both speeds go
+// down by d(v, R w) = -mu g (v, 3 R w) / |(v, R w)| dt: with u = v / v0, R w = R w0 u^3, and both end at
+// once.
+Scene slide_that_turns(const std::string& name, double rate) {
+  constexpr int kSteps = 1000;
+  const Vector3d size(0.8, 0.6, 0.05);
+  const double radius = size.head<2>().norm() / 2;
+  Scene scene;
+  scene.group = "slide";
+  scene.name = name;
+  scene.seconds = 4;
+  scene.has_order = true;
+  scene.in_bullet = false;
+  scene.world = [=](const WorldSettings& settings) {
+    WorldBuilder builder = on_plane(settings, kSlideFriction);
+    BodyDescription& body =
+        add_body(builder, "body", Box{size}, 10, {kPlace, 0, size.z() / 2}, kSlideFriction);
+    body.linear_velocity = {kSlideSpeed, 0, 0};
+    body.angular_velocity = {0, 0, rate};
+    return builder.world();
+  };
+  scene.results = [=](const Course& course) -> Results {
+    double way = 0;
+    double angle = 0;
+    for (int n = 0; n < kSteps; ++n) {
+      const double u = (n + 0.5) / kSteps;
+      const double speed = std::hypot(kSlideSpeed * u, radius * rate * u * u * u);
+      way += kSlideSpeed * speed / kSteps;
+      angle += rate * u * u * speed / kSteps;
+    }
+    way /= kSlideFriction * kGravity;
+    angle /= kSlideFriction * kGravity;
+    const std::vector<Glance>& glances = course.of("body");
+    double turned = 0;
+    for (std::size_t n = 1; n < glances.size(); ++n) {
+      const Eigen::Quaterniond step = glances[n].turn * glances[n - 1].turn.conjugate();
+      turned += 2 * std::atan(step.z() / step.w());
+    }
+    const Vector3d went = course.last("body").place - course.first("body").place;
+    return {{"direction", "degrees", 0, std::atan2(went.y(), went.x()) * 180 / pi, 0.1},
+            {"way", "m", way, went.norm(), 0.005 * way},
+            {"angle", "rad", angle, turned, 0.01 * angle},
+            {"speed at the end", "m/s", 0, course.last("body").velocity.norm(), 1e-3}};
+  };
+  return scene;
+}
+
 // --- carriers ---
 
 // Where a carrier is at a time, and how it is turned.
@@ -123,8 +170,11 @@ std::vector<Scene> slide_scenes() {
       slide_of("tile_towards_70_degrees", {0.8, 0.4, 0.05}, 0, 70 * pi / 180),
       slide_of("beam_turned", {2, 0.2, 0.2}, 60 * pi / 180, 0),
       slide_of("beam_towards_200_degrees", {2, 0.2, 0.2}, turned, 200 * pi / 180),
+      slide_that_turns("tile_that_turns", 4),
+      slide_that_turns("tile_that_spins", 20),
   };
-  for (Scene& scene : scenes) scene.in_quick = scene.name == "plate_turned" || scene.name == "cube";
+  for (Scene& scene : scenes)
+    scene.in_quick = scene.name == "plate_turned" || scene.name == "cube" || scene.name == "tile_that_spins";
   return scenes;
 }
 

@@ -6,6 +6,8 @@
 namespace tessera {
 namespace {
 
+using Eigen::Vector3d;
+
 // Rounds over the patches of a cluster in a pass, at most, and what they settle to: m/s or rad/s.
 constexpr int kRoundsMax = 30;
 constexpr double kSettledPush = 1e-7;
@@ -15,6 +17,9 @@ constexpr int kTries = 4;
 
 // As in the kernel of the contact solver.
 constexpr double kClosedGap = 1e-6;  // m
+
+// Of the largest mobility of a patch: what gives way less is held by joints.
+constexpr double kMobileShare = 1e-9;
 
 std::array<double, 2> times(const std::array<double, 3>& m, const std::array<double, 2>& v) {
   return {m[0] * v[0] + m[1] * v[1], m[1] * v[0] + m[2] * v[1]};
@@ -228,49 +233,44 @@ double JointedContacts::load_of(const Patch& patch) {
 
 // The impulse of the largest size that friction has, against the slip that is left: (K + k 1) impulse = K of
 // what it is now - slide, with the k > 0 that gives it this size. A leg may be 10,000 times as yielding along
-// its joints as across them, where steps of one size in all directions would not arrive.
-std::array<double, 2> JointedContacts::slipping(const Patch& patch, const std::array<double, 2>& slide,
-                                                double most) {
+// its joints as across them, where steps of one size in all directions would not arrive. In principal
+// directions.
+Vector3d JointedContacts::slipping(const Patch& patch, const Vector3d& now, const Vector3d& slide,
+                                   double most) {
   constexpr int kSteps = 8;
-  if (most <= 0) return {0, 0};
-  const auto& [c, s] = patch.principal;
-  const auto turned = [&](double x, double y) { return std::array{c * x + s * y, c * y - s * x}; };
-  const std::array<double, 2> now = turned(patch.tangent[0].impulse, patch.tangent[1].impulse);
-  const std::array<double, 2> slip = turned(slide[0], slide[1]);
-  const std::array<double, 2> pull = {patch.mobility[0] * now[0] - slip[0],
-                                      patch.mobility[1] * now[1] - slip[1]};
+  if (most <= 0) return Vector3d::Zero();
+  const Vector3d pull = patch.mobility.cwiseProduct(now) - slide;
   // Newton's method for 1 / size, which comes from below, and does not go beyond.
-  double k = std::max(std::sqrt(pull[0] * pull[0] + pull[1] * pull[1]) / most - patch.mobility[0], 0.0);
-  std::array<double, 2> impulse = {0, 0};
+  double k = std::max(pull.norm() / most - patch.mobility.maxCoeff(), 0.0);
+  Vector3d impulse = Vector3d::Zero();
   for (int step = 0; step < kSteps; ++step) {
-    double square = 0;
-    double slope = 0;
-    for (std::size_t n = 0; n < 2; ++n) {
-      const double inverse = inverse_or_zero(patch.mobility[n] + k);
-      impulse[n] = pull[n] * inverse;
-      square += impulse[n] * impulse[n];
-      slope += impulse[n] * impulse[n] * inverse;
-    }
-    const double size = std::sqrt(square);
+    const Vector3d inverse = (patch.mobility.array() + k).unaryExpr(&inverse_or_zero);
+    impulse = pull.cwiseProduct(inverse);
+    const double slope = impulse.cwiseAbs2().dot(inverse);
+    const double size = impulse.norm();
     if (!(size > most) || !(slope > 0)) break;
-    k += square / slope * (size - most) / most;
+    k += impulse.squaredNorm() / slope * (size - most) / most;
   }
-  const double scale = scale_within(impulse, most);
-  return {(c * impulse[0] - s * impulse[1]) * scale, (s * impulse[0] + c * impulse[1]) * scale};
+  const double size = impulse.norm();
+  return size > most ? Vector3d(impulse * (most / size)) : impulse;
 }
 
 void JointedContacts::solve_friction(Patch& patch) {
   const double most = load_of(patch) * patch.friction;
-  auto& [first, second] = patch.tangent;
-  const std::array<double, 2> slide = {velocity_of(first), velocity_of(second)};
-  const std::array<double, 2> held = times(patch.mass, slide);
-  std::array<double, 2> wanted = {first.impulse - held[0], second.impulse - held[1]};
-  if (wanted[0] * wanted[0] + wanted[1] * wanted[1] > most * most) wanted = slipping(patch, slide, most);
-  push(first, wanted[0] - first.impulse);
-  push(second, wanted[1] - second.impulse);
-  Row& twist = patch.twist;
-  const double turned = twist.impulse - twist.mass * velocity_of(twist);
-  push(twist, std::clamp(turned, -most * patch.radius, most * patch.radius) - twist.impulse);
+  auto& [first, second, twist] = patch.rubbing;
+  const Vector3d now = patch.principal.transpose() * Vector3d(first.impulse, second.impulse, twist.impulse);
+  const Vector3d slide =
+      patch.principal.transpose() * Vector3d(velocity_of(first), velocity_of(second), velocity_of(twist));
+  const double least = kMobileShare * patch.mobility.maxCoeff();
+  Vector3d wanted = now;
+  for (Eigen::Index n = 0; n < 3; ++n) {
+    if (patch.mobility(n) > least) wanted(n) -= slide(n) / patch.mobility(n);
+  }
+  if (wanted.squaredNorm() > most * most) wanted = slipping(patch, now, slide, most);
+  const Vector3d impulse = patch.principal * wanted;
+  push(first, impulse.x() - first.impulse);
+  push(second, impulse.y() - second.impulse);
+  push(twist, impulse.z() - twist.impulse);
 }
 
 void JointedContacts::solve_rolling(Patch& patch) {
@@ -319,7 +319,7 @@ bool JointedContacts::rebounds(const Cluster& cluster) const {
 // As in the kernel of the contact solver.
 void JointedContacts::rebound(Patch& patch) {
   const Softness& soft = softness_;
-  const bool struck = is_struck(patch.twist);
+  const bool struck = is_struck(patch.rubbing[0]);
   bool is_active = struck;
   for (int n = 0; n < patch.points; ++n) {
     Point& point = patch.point[static_cast<std::size_t>(n)];
@@ -356,10 +356,9 @@ void JointedContacts::end(std::span<Given> patches) const {
       into.point[n].impulse = patch.point[n].row.total;
       into.mobility = std::max(into.mobility, patch.point[n].row.mobility);
     }
-    const Vector3 friction = patch.tangent[0].on[0].head<3>() * patch.tangent[0].total +
-                             patch.tangent[1].on[0].head<3>() * patch.tangent[1].total;
-    into.friction_impulse = friction;
-    into.twist_impulse = patch.twist.total;
+    const auto& [first, second, twist] = patch.rubbing;
+    into.friction_impulse = first.on[0].head<3>() * first.total + second.on[0].head<3>() * second.total;
+    into.twist_impulse = twist.total * patch.radius;
     if (!into.surface) continue;
     const Vector3 rolling = patch.rolling[0].on[0].tail<3>() * patch.rolling[0].total +
                             patch.rolling[1].on[0].tail<3>() * patch.rolling[1].total;

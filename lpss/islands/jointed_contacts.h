@@ -158,11 +158,10 @@ class JointedContacts {
     std::size_t given = 0;  // among those of begin()
     int points = 0;
     std::array<Point, kPatchPointsMax> point;
-    std::array<Row, 2> tangent;
-    std::array<double, 3> mass = {};  // of the tangents: the inverse of a symmetric matrix (00, 01, 11)
-    std::array<double, 2> principal = {1, 0};  // direction of the larger mobility of the tangents, ...
-    std::array<double, 2> mobility = {0, 0};   // and both of these
-    Row twist;
+    // Both tangents, and the twist about the normal as the speed at `radius`.
+    std::array<Row, 3> rubbing;
+    Eigen::Matrix3d principal = Eigen::Matrix3d::Identity();  // columns: directions of their mobilities, ...
+    Vector3 mobility = Vector3::Zero();                       // and these
     std::array<Row, 2> rolling;
     std::array<double, 3> rolling_mass = {};
     std::array<double, 2> share = {1, 1};  // by which tangents are scaled
@@ -215,8 +214,7 @@ class JointedContacts {
   static void for_each_row(std::span<Patch> patches, Act act) {
     for (Patch& patch : patches) {
       for (int n = 0; n < patch.points; ++n) act(patch.point[static_cast<std::size_t>(n)].row);
-      for (Row& row : patch.tangent) act(row);
-      act(patch.twist);
+      for (Row& row : patch.rubbing) act(row);
       if (patch.arm > 0) {
         for (Row& row : patch.rolling) act(row);
       }
@@ -239,7 +237,7 @@ class JointedContacts {
   void start(const Cluster& cluster);
   void restart(const Cluster& cluster);
   void solve_point(Point& point, bool biased);
-  static std::array<double, 2> slipping(const Patch& patch, const std::array<double, 2>& slide, double most);
+  static Vector3 slipping(const Patch& patch, const Vector3& now, const Vector3& slide, double most);
   void solve_friction(Patch& patch);
   void solve_rolling(Patch& patch);
   void find_struck();

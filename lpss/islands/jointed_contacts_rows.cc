@@ -1,4 +1,5 @@
 // Makes the rows of contacts of jointed bodies.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -261,8 +262,8 @@ void JointedContacts::add_course(Patch& patch, const Vector3& linear, const Vect
     Point& point = patch.point[static_cast<std::size_t>(n)];
     point.row.drive += point.row.on[0].head<3>().dot(linear + angular.cross(point.arm));
   }
-  for (Row& row : patch.tangent) row.drive += row.on[0].head<3>().dot(linear);
-  patch.twist.drive += patch.twist.on[0].tail<3>().dot(angular);
+  for (std::size_t k = 0; k < 2; ++k) patch.rubbing[k].drive += patch.rubbing[k].on[0].head<3>().dot(linear);
+  patch.rubbing[2].drive += patch.rubbing[2].on[0].tail<3>().dot(angular);
   for (Row& row : patch.rolling) row.drive += row.on[0].tail<3>().dot(angular);
 }
 
@@ -299,7 +300,7 @@ void JointedContacts::make_friction(const Contacts::Patch& from, Patch& patch) c
     patch.share =
         is_flat ? std::array{along, across} : std::array{std::min(along, across), std::min(along, across)};
     if (is_flat) tangents = {flat.normalized(), normal.cross(flat.normalized())};
-    patch.radius += surface->torsion * inverse_or_zero(patch.friction);
+    patch.radius += std::min(surface->torsion * inverse_or_zero(patch.friction), kTwistArmMax);
     patch.arm = surface->rolling;
   }
   const double share = softness_.share;
@@ -307,19 +308,22 @@ void JointedContacts::make_friction(const Contacts::Patch& from, Patch& patch) c
   std::array<double, 2> impulse;
   for (std::size_t k = 0; k < 2; ++k) {
     const Vector3 tangent = tangents[k] * patch.share[k];
-    patch.tangent[k] = row_of(from, tangent, lever_a, lever_b);
-    if (surface) patch.tangent[k].drive += tangent.dot(surface->drift);
+    patch.rubbing[k] = row_of(from, tangent, lever_a, lever_b);
+    if (surface) patch.rubbing[k].drive += tangent.dot(surface->drift);
     impulse[k] = last.dot(tangent) * inverse_or_zero(patch.share[k] * patch.share[k]);
     patch.rolling[k] = turn_row_of(from, plane[k]);
     if (surface) patch.rolling[k].impulse = plane[k].dot(surface->rolling_impulse) * share;
   }
   const double most = load * patch.friction;
   const double scale = scale_within(impulse, most);
-  for (std::size_t k = 0; k < 2; ++k) patch.tangent[k].impulse = impulse[k] * scale;
+  for (std::size_t k = 0; k < 2; ++k) patch.rubbing[k].impulse = impulse[k] * scale;
   const double rolling = scale_within({patch.rolling[0].impulse, patch.rolling[1].impulse}, load * patch.arm);
   for (Row& row : patch.rolling) row.impulse *= rolling;
-  patch.twist = turn_row_of(from, normal);
-  patch.twist.impulse = std::clamp(from.twist_impulse * share, -most * patch.radius, most * patch.radius);
+  const double slid = scale * std::sqrt(impulse[0] * impulse[0] + impulse[1] * impulse[1]);
+  const double left = std::sqrt(std::max(most * most - slid * slid, 0.0));
+  patch.rubbing[2] = turn_row_of(from, normal * patch.radius);
+  patch.rubbing[2].impulse =
+      std::clamp(from.twist_impulse * share * inverse_or_zero(patch.radius), -left, left);
 }
 
 // Asks assemblies what they have become. Of this cluster alone: masses that vanish take impulses with them.
@@ -397,23 +401,23 @@ void JointedContacts::make_masses(Patch& patch) {
     if (!(row.mobility > kHeldShare * row.free_mobility)) row.mobility = row.impulse = 0;
     row.mass = inverse_or_zero(row.mobility);
   };
-  for (Row& row : patch.tangent) set_mass(row);
+  for (Row& row : patch.rubbing) set_mass(row);
   if (patch.arm > 0) {
     for (Row& row : patch.rolling) set_mass(row);
   }
   for (int n = 0; n < patch.points; ++n) set_mass(patch.point[static_cast<std::size_t>(n)].row);
-  set_mass(patch.twist);
-  const std::array<double, 3> tangents = mobility_of(patch.tangent[0], patch.tangent[1]);
-  patch.mass = inverse_of(tangents);
-  const auto& [k00, k01, k11] = tangents;
-  // The turn that makes the symmetric matrix diagonal: the direction of its larger number.
-  const double half = (k00 - k11) / 2;
-  const double spread = std::sqrt(half * half + k01 * k01);
-  const std::array<double, 2> along =
-      half >= 0 ? std::array{half + spread, k01} : std::array{k01, spread - half};
-  const double length = std::sqrt(along[0] * along[0] + along[1] * along[1]);
-  patch.principal = length > 0 ? std::array{along[0] / length, along[1] / length} : std::array{1.0, 0.0};
-  patch.mobility = {(k00 + k11) / 2 + spread, std::max((k00 + k11) / 2 - spread, 0.0)};
+  Eigen::Matrix3d mobility = Eigen::Matrix3d::Zero();
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Row& by = patch.rubbing[static_cast<std::size_t>(k)];
+    mobility(k, k) = by.mobility;
+    for (Eigen::Index n = 0; n < k; ++n) {
+      const Row& row = patch.rubbing[static_cast<std::size_t>(n)];
+      if (row.mobility > 0 && by.mobility > 0) mobility(k, n) = mobility(n, k) = answer_of(row, by);
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(mobility);
+  patch.principal = axes.eigenvectors();
+  patch.mobility = axes.eigenvalues().cwiseMax(0);
   if (patch.arm > 0) patch.rolling_mass = inverse_of(mobility_of(patch.rolling[0], patch.rolling[1]));
 }
 

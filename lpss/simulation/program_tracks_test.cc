@@ -151,12 +151,29 @@ TEST(Treads, GoTurnAndStandStill) {
   EXPECT_EQ(world.body("robot").state.activity, Activity::kAsleep);
 }
 
-// A patch resists twisting although it slides: long tracks need help to turn.
-TEST(Treads, ThatAreLongTurnWithHelp) {
+// Long tracks slip as they turn. In steady state their friction is balanced: with a mean distance R of their
+// corners from their middle, and s from track to track, the vehicle turns by u / (s / 2 + 2 R^2 / s) for
+// track speeds of -u and u.
+TEST(Treads, ThatAreLongSlipAsTheyTurn) {
   WorldBuilder builder(settings_of());
   builder.add_floor(50, 0);
   builder.world().bodies.back().properties.friction = 0.8;
-  add_treads(builder, "robot", {0.1, 0.2, 0}, {{"turn", 0.5}, {"help", 300}, {"turn_help", 200}}, 1);
+  const double length = 1;
+  add_treads(builder, "robot", {0.1, 0.2, 0}, {{"turn", 0.5}, {"efficiency", 1}}, length);
+  Watched world(builder, 2);
+  world.run(4);
+  const double radius = std::hypot(length, 0.1) / 2;
+  const double track_speed = 0.5 * 0.8 / 2;
+  EXPECT_NEAR(world.body("robot").state.angular_velocity[2], track_speed / (0.4 + 2 * radius * radius / 0.8),
+              0.01);
+  EXPECT_NEAR(world.velocity("robot").norm(), 0, 0.01);
+}
+
+TEST(Treads, ThatAreLongMakeUpForTheirSlip) {
+  WorldBuilder builder(settings_of());
+  builder.add_floor(50, 0);
+  builder.world().bodies.back().properties.friction = 0.8;
+  add_treads(builder, "robot", {0.1, 0.2, 0}, {{"turn", 0.5}, {"correction", 2}}, 1);
   Watched world(builder, 2);
   world.run(4);
   EXPECT_NEAR(world.body("robot").state.angular_velocity[2], 0.5, 0.01);

@@ -1,8 +1,6 @@
 // The kernel of contact_rows.h, for any Lanes. Included by one file for each processor it is compiled for.
 #pragma once
 
-#include <limits>
-
 #include "lpss/solver/contact_lanes.h"
 #include "lpss/solver/contact_rows.h"
 
@@ -12,6 +10,9 @@ namespace {
 // m: what is no farther apart is as soft as what overlaps. A corner over a gap of a rounding would stay hard
 // while its neighbours sink under their load: it turned a box on level ground, and a tower leaned by 14 mm.
 constexpr double kClosed = 1e-6;
+
+// Of the mobility of a twist: where the tangents leave less of it, that is rounding.
+constexpr double kTwistLeft = 1e-5;
 
 template <typename L>
 class Kernel : ContactLanes<L> {
@@ -34,6 +35,7 @@ class Kernel : ContactLanes<L> {
   using Base::select;
   using Base::span_plane;
   using Base::splat;
+  using Base::square;
   using Base::store;
   using Base::twist;
   using typename Base::Friction;
@@ -101,33 +103,59 @@ class Kernel : ContactLanes<L> {
     return load;
   }
 
-  // Of the patches in `mask`, all that are not 0.
+  // Of the patches in `mask`, all that are not 0. Sliding and twisting share one bound, the ellipsoid of Howe
+  // and Cutkosky ("Practical Force-Motion Models for Sliding Manipulation", 1996), which is a ball here,
+  // since the twist is a speed at the mean distance of the points.
   static TESSERA_INLINE void solve_friction(Friction& f, const Row* row, int points, V mask, Motion& p,
                                             Motion& q) {
     const V most = load_of(row, points) * f.friction;
     const auto is_off = mask == V{};
-    const V slide[2] = {f.start[0] + relative(f.tangent[0], f.a[0], f.b[0], p, q),
-                        f.start[1] + relative(f.tangent[1], f.a[1], f.b[1], p, q)};
-    V wanted[2] = {f.impulse[0] - (f.mass[0] * slide[0] + f.mass[1] * slide[1]),
-                   f.impulse[1] - (f.mass[1] * slide[0] + f.mass[2] * slide[1])};
-    // Where it takes more than there is to hold, the patch slips, and friction opposes the slip: steps of one
-    // size in all directions lead there, those of the matrix to what opposes the mass times the slip.
-    const auto slips = wanted[0] * wanted[0] + wanted[1] * wanted[1] > most * most;
-    const V along[2] = {f.impulse[0] - f.slip_mass * slide[0], f.impulse[1] - f.slip_mass * slide[1]};
-    const V scale = scale_within(along, most);
-    for (int k = 0; k < 2; ++k) {
-      wanted[k] = slips ? along[k] * scale : wanted[k];
-      wanted[k] = is_off ? f.impulse[k] : wanted[k];
-      push(f.tangent[k], f.a[k], f.b[k], wanted[k] - f.impulse[k], p, q);
-      f.impulse[k] = wanted[k];
+    const V slide[3] = {f.start[0] + relative(f.tangent[0], f.a[0], f.b[0], p, q),
+                        f.start[1] + relative(f.tangent[1], f.a[1], f.b[1], p, q),
+                        f.start[2] + (dot(f.a[2], p.angular) - dot(f.b[2], q.angular))};
+    const V* const m = f.mass;
+    V wanted[3] = {f.impulse[0] - (m[0] * slide[0] + m[1] * slide[1] + m[3] * slide[2]),
+                   f.impulse[1] - (m[1] * slide[0] + m[2] * slide[1] + m[4] * slide[2]),
+                   f.impulse[2] - (m[3] * slide[0] + m[4] * slide[1] + m[5] * slide[2])};
+    const V excess = square(wanted) - most * most;
+    if (any(max(excess, V{}))) {
+      V slipping[3];
+      slip(f, slide, most, slipping);
+      for (int k = 0; k < 3; ++k) wanted[k] = excess > V{} ? slipping[k] : wanted[k];
     }
+    for (int k = 0; k < 3; ++k) wanted[k] = is_off ? f.impulse[k] : wanted[k];
+    for (int k = 0; k < 2; ++k) push(f.tangent[k], f.a[k], f.b[k], wanted[k] - f.impulse[k], p, q);
+    twist(f, wanted[2] - f.impulse[2], p, q);
+    for (int k = 0; k < 3; ++k) f.impulse[k] = wanted[k];
+  }
 
-    const V spin = f.twist_start + (dot(f.twist_a, p.angular) - dot(f.twist_b, q.angular));
-    const V twist_max = most * f.radius;
-    V turned = min(max(f.twist_impulse - f.twist_mass * spin, -twist_max), twist_max);
-    turned = is_off ? f.twist_impulse : turned;
-    twist(f, turned - f.twist_impulse, p, q);
-    f.twist_impulse = turned;
+  // Where it takes more than there is to hold, the patch slips, and friction opposes the slip: with
+  // mobilities D of no coupling that are at least those of the rows, (D + k) impulse = D impulse of now -
+  // slide, for the k > 0 that gives it its largest size. Where nothing changes any more, k impulse = -slide.
+  static TESSERA_INLINE void slip(const Friction& f, const V (&slide)[3], V most, V (&impulse)[3]) {
+    constexpr int kSteps = 2;
+    const V zero = V{};
+    const V d[3] = {f.slip_mobility[0], f.slip_mobility[0], f.slip_mobility[1]};
+    V pull[3];
+    for (int k = 0; k < 3; ++k) pull[k] = d[k] * f.impulse[k] - slide[k];
+    const V per_most = inverse_or_zero(most);
+    // Newton's method for 1 / size, which comes from below, and does not go beyond.
+    V damping = max(root(square(pull)) * per_most - max(d[0], d[2]), zero);
+    for (int step = 0;; ++step) {
+      const V along = inverse_or_zero(d[0] + damping);
+      const V about = inverse_or_zero(d[2] + damping);
+      impulse[0] = pull[0] * along;
+      impulse[1] = pull[1] * along;
+      impulse[2] = pull[2] * about;
+      if (step == kSteps) break;
+      const V planar = impulse[0] * impulse[0] + impulse[1] * impulse[1];
+      const V turned = impulse[2] * impulse[2];
+      const V size = root(planar + turned);
+      const V slope = planar * along + turned * about;
+      damping = damping + max((planar + turned) * inverse_or_zero(slope) * ((size - most) * per_most), zero);
+    }
+    const V scale = scale_within(impulse, most);
+    for (int k = 0; k < 3; ++k) impulse[k] = impulse[k] * scale;
   }
 
   // Likewise.
@@ -227,20 +255,36 @@ class Kernel : ContactLanes<L> {
     if constexpr (kHasSurfaces) {
       for (int k = 0; k < 2; ++k) along[k] = masses * (share[k] * share[k]);
     }
-    const V k00 = along[0] + (dot(f.a[0], f.a[0]) + dot(f.b[0], f.b[0]));
-    const V k01 = dot(f.a[0], f.a[1]) + dot(f.b[0], f.b[1]);
-    const V k11 = along[1] + (dot(f.a[1], f.a[1]) + dot(f.b[1], f.b[1]));
+    const auto mobility = [&f](int n, int k) { return dot(f.a[n], f.a[k]) + dot(f.b[n], f.b[k]); };
+    const V k00 = along[0] + mobility(0, 0);
+    const V k01 = mobility(0, 1);
+    const V k11 = along[1] + mobility(1, 1);
+    const V k02 = mobility(0, 2);
+    const V k12 = mobility(1, 2);
+    const V k22 = mobility(2, 2);
     invert(k00, k01, k11, f.mass);
     const V half = (k00 - k11) * splat(Scalar(0.5));
-    f.slip_mass = inverse_or_zero((k00 + k11) * splat(Scalar(0.5)) + root(half * half + k01 * k01));
+    const V coupling = root(k02 * k02 + k12 * k12);
+    f.slip_mobility[0] = (k00 + k11) * splat(Scalar(0.5)) + root(half * half + k01 * k01) + coupling;
+    f.slip_mobility[1] = k22 + coupling;
     if constexpr (kHasSurfaces) {
       // Where one direction has no friction at all, the other one is on its own.
       f.mass[0] = k11 > zero ? f.mass[0] : inverse_or_zero(k00);
       f.mass[2] = k00 > zero ? f.mass[2] : inverse_or_zero(k11);
     }
+    // The twist, were the tangents held.
+    const V held[2] = {f.mass[0] * k02 + f.mass[1] * k12, f.mass[1] * k02 + f.mass[2] * k12};
+    const V rest = k22 - (held[0] * k02 + held[1] * k12);
+    const V twist_mass = rest > k22 * splat(Scalar(kTwistLeft)) ? splat(1) / rest : zero;
+    f.mass[0] = f.mass[0] + held[0] * held[0] * twist_mass;
+    f.mass[1] = f.mass[1] + held[0] * held[1] * twist_mass;
+    f.mass[2] = f.mass[2] + held[1] * held[1] * twist_mass;
+    f.mass[3] = -held[0] * twist_mass;
+    f.mass[4] = -held[1] * twist_mass;
+    f.mass[5] = twist_mass;
   }
 
-  // Of the last tick, limited by the new normal impulses.
+  // Of the last tick, limited by the new normal impulses: the twist by what sliding leaves of them.
   template <bool kHasSurfaces>
   static TESSERA_INLINE void set_up_impulses(const Rows& rows, const Patches& patches, const V* share,
                                              std::size_t points, const Row* row, Friction& f) {
@@ -254,13 +298,11 @@ class Kernel : ContactLanes<L> {
       for (int k = 0; k < 2; ++k) impulse[k] = impulse[k] * inverse_or_zero(share[k] * share[k]);
     }
     const V scale = scale_within(impulse, most);
-    const V twist_max = most * f.radius;
-    f.twist_impulse = min(max(v[3] * rows.share, -twist_max), twist_max);
-    f.twist_total = V{};
-    for (int k = 0; k < 2; ++k) {
-      f.impulse[k] = impulse[k] * scale;
-      f.total[k] = V{};
-    }
+    for (int k = 0; k < 2; ++k) f.impulse[k] = impulse[k] * scale;
+    const V left = max(most * most - (f.impulse[0] * f.impulse[0] + f.impulse[1] * f.impulse[1]), V{});
+    const V turned = v[3] * rows.share * inverse_or_zero(f.radius);
+    f.impulse[2] = min(max(turned, -root(left)), root(left));
+    for (V& total : f.total) total = V{};
   }
 
   static TESSERA_INLINE void set_up_rolling(const Rows& rows, const Surfaces* surfaces, const V3* tangent,
@@ -322,11 +364,9 @@ class Kernel : ContactLanes<L> {
     V share[2];
     if constexpr (kHasSurfaces) {
       scale_tangents(*surfaces, normal, f.tangent, share);
-      // Lanes without torsion are here, too, if others have some, and the inverse of the least friction is
-      // infinite.
+      // Lanes without torsion are here, too, if others have some.
       const V torsion = load(surfaces->torsion);
-      const V arm =
-          min(torsion * inverse_or_zero(load(patches.friction)), splat(std::numeric_limits<Scalar>::max()));
+      const V arm = min(torsion * inverse_or_zero(load(patches.friction)), splat(Scalar(kTwistArmMax)));
       f.radius = f.radius + (torsion > zero ? arm : zero);
     }
     for (int k = 0; k < 2; ++k) {
@@ -336,17 +376,16 @@ class Kernel : ContactLanes<L> {
       f.b[k] = scaled(b, turn_b);
       f.start[k] = dot(f.tangent[k], a.linear - b.linear) + (dot(turn_a, a.angular) - dot(turn_b, b.angular));
     }
+    const V3 turn = normal * f.radius;
+    f.a[2] = scaled(a, turn);
+    f.b[2] = scaled(b, turn);
+    f.start[2] = dot(turn, a.angular - b.angular);
     set_up_masses<kHasSurfaces>(a.inverse_mass + b.inverse_mass, share, f);
     if constexpr (kHasSurfaces) {
       const auto drifts = load(surfaces->drifts) > zero;
       const V3 drift = load(surfaces->drift);
       for (int k = 0; k < 2; ++k) f.start[k] = drifts ? f.start[k] + dot(f.tangent[k], drift) : f.start[k];
     }
-
-    f.twist_start = dot(normal, a.angular - b.angular);
-    f.twist_a = scaled(a, normal);
-    f.twist_b = scaled(b, normal);
-    f.twist_mass = inverse_or_zero(dot(f.twist_a, f.twist_a) + dot(f.twist_b, f.twist_b));
 
     f.friction = load(patches.friction);
     f.restitution = load(patches.restitution);
@@ -362,7 +401,7 @@ class Kernel : ContactLanes<L> {
     Friction& f = static_cast<Friction*>(rows.friction)[n];
     const V3 linear = load(course.linear);
     for (int k = 0; k < 2; ++k) f.start[k] = f.start[k] + dot(f.tangent[k], linear);
-    f.twist_start = f.twist_start + load(course.twist);
+    f.start[2] = f.start[2] + f.radius * load(course.twist);
     if (!rows.grips) return;
     Grip& r = static_cast<Grip*>(rows.grips)[n];
     const V3 angular = load(course.angular);
@@ -391,7 +430,7 @@ class Kernel : ContactLanes<L> {
                for (int k = 0; k < group.points; ++k)
                  push(row[k].normal, row[k].a, row[k].b, row[k].impulse, p, q);
                for (int k = 0; k < 2; ++k) push(f.tangent[k], f.a[k], f.b[k], f.impulse[k], p, q);
-               twist(f, f.twist_impulse, p, q);
+               twist(f, f.impulse[2], p, q);
                if constexpr (kHasGrips) {
                  const Grip& r = static_cast<const Grip*>(rows.grips)[n];
                  for (int k = 0; k < 2; ++k) roll(r, k, r.impulse[k], p, q);
@@ -423,8 +462,7 @@ class Kernel : ContactLanes<L> {
         solve_rolling(grip, row, group.points, splat(1), p, q);
         for (int k = 0; k < 2; ++k) grip.total[k] = grip.total[k] + grip.impulse[k];
       }
-      for (int k = 0; k < 2; ++k) f.total[k] = f.total[k] + f.impulse[k];
-      f.twist_total = f.twist_total + f.twist_impulse;
+      for (int k = 0; k < 3; ++k) f.total[k] = f.total[k] + f.impulse[k];
       for (int k = 0; k < group.points; ++k) {
         Row& r = row[k];
         r.gap = r.gap + (r.start + relative(r.normal, r.a, r.b, advanced_a, advanced_b)) * rows.step;
@@ -498,10 +536,9 @@ class Kernel : ContactLanes<L> {
   template <bool kHasGrips>
   static TESSERA_INLINE void rub(const Rows& rows, std::size_t n, Friction& f, const Row* row, int points,
                                  V is_active, Motion& p, Motion& q) {
-    const V before[3] = {f.impulse[0], f.impulse[1], f.twist_impulse};
+    const V before[3] = {f.impulse[0], f.impulse[1], f.impulse[2]};
     solve_friction(f, row, points, is_active, p, q);
-    for (int k = 0; k < 2; ++k) f.total[k] = f.total[k] + (f.impulse[k] - before[k]);
-    f.twist_total = f.twist_total + (f.twist_impulse - before[2]);
+    for (int k = 0; k < 3; ++k) f.total[k] = f.total[k] + (f.impulse[k] - before[k]);
     if constexpr (kHasGrips) {
       Grip& grip = static_cast<Grip*>(rows.grips)[n];
       const V rolled[2] = {grip.impulse[0], grip.impulse[1]};
@@ -523,7 +560,7 @@ class Kernel : ContactLanes<L> {
     store(friction.x, impulses.friction[0]);
     store(friction.y, impulses.friction[1]);
     store(friction.z, impulses.friction[2]);
-    store(f.twist_total, impulses.twist);
+    store(f.total[2] * f.radius, impulses.twist);
     if (!rows.grips) return;
     const Grip& r = static_cast<const Grip*>(rows.grips)[n];
     const V3 rolling = r.tangent[0] * r.total[0] + r.tangent[1] * r.total[1];

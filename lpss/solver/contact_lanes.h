@@ -51,27 +51,21 @@ struct ContactLanes {
     V total;         // of all steps
   };
 
+  // Three rows of one block: along both tangents, and the twist about the normal as the speed at `radius`.
   struct Friction {
     V3 tangent[2];
-    V3 a[2];  // scaled
-    V3 b[2];
-    V3 twist_a;
-    V3 twist_b;
-    V start[2];     // m/s, along the tangents, before the tick
-    V twist_start;  // rad/s
-    V mass[3];      // of the tangents: the inverse of a symmetric matrix (00, 01, 11)
-    V slip_mass;    // of the tangent along which a unit of impulse changes velocities most
-    V twist_mass;
+    V3 a[3];  // scaled
+    V3 b[3];
+    V start[3];          // m/s, before the tick
+    V mass[6];           // the inverse of a symmetric matrix (00, 01, 11, 02, 12, 22)
+    V slip_mobility[2];  // of all tangents and of the twist: together at least what a unit of impulse changes
     V friction;
     V restitution;
     V has_course;   // 0 or 1: friction acts in all passes
     V bounce_from;  // m/s, the approach from which points bounce
     V radius;       // m, the mean distance of the points from their centre: the arm of the twist
-    // Of a step, and of all steps.
-    V impulse[2];
-    V twist_impulse;
-    V total[2];
-    V twist_total;
+    V impulse[3];   // N s, of a step
+    V total[3];     // of all steps
   };
 
   // Of patches with surfaces of their own: what resists rolling, as the angular velocity about two directions
@@ -171,8 +165,8 @@ struct ContactLanes {
   }
 
   static TESSERA_INLINE void twist(const Friction& f, V impulse, Motion& p, Motion& q) {
-    p.angular = p.angular + f.twist_a * impulse;
-    q.angular = q.angular - f.twist_b * impulse;
+    p.angular = p.angular + f.a[2] * impulse;
+    q.angular = q.angular - f.b[2] * impulse;
   }
 
   // Two directions perpendicular to a unit vector and to each other, by its components alone.
@@ -193,9 +187,16 @@ struct ContactLanes {
   }
 
   // What brings a vector within a length.
-  static TESSERA_INLINE V scale_within(const V* v, V most) {
-    const V length = root(v[0] * v[0] + v[1] * v[1]);
+  template <int kSize>
+  static TESSERA_INLINE V scale_within(const V (&v)[kSize], V most) {
+    const V length = root(square(v));
     return length > most ? most / length : splat(1);
+  }
+  template <int kSize>
+  static TESSERA_INLINE V square(const V (&v)[kSize]) {
+    V sum = v[0] * v[0];
+    for (int k = 1; k < kSize; ++k) sum = sum + v[k] * v[k];
+    return sum;
   }
 
   // The inverse of a symmetric matrix (00, 01, 11); 0 if there is none.

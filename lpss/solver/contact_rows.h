@@ -15,6 +15,9 @@ namespace tessera {
 inline constexpr int kRowLanesMax = 8;
 inline constexpr int kRowPointsMax = 4;
 
+// m: the arm of a twist is no longer, however little friction there is beside torsion.
+inline constexpr double kTwistArmMax = 1e6;
+
 // A body in the loop: whole registers.
 template <typename Scalar>
 struct alignas(8 * sizeof(Scalar)) RowBody {

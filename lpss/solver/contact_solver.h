@@ -2,8 +2,8 @@
 // impulses carry over from step to step and from tick to tick (Macklin et al., Small Steps in Physics
 // Simulation, 2019). Overlaps open like an overdamped spring in the biased passes; a relaxed pass without
 // that push ends each step, so that no velocity stays of it (Catto, Solver2D, 2024). A row for each point
-// holds along the normal; friction is one two-dimensional block and one twisting row a patch, in the relaxed
-// pass.
+// holds along the normal; friction is one block of three rows a patch, two along the contact and the twist
+// about its normal, which share one bound, in the relaxed pass.
 //
 // Knows nothing of sectors, shapes or an engine: levers, normals, gaps and velocities are relative
 // quantities, so the bodies of a patch may have been found near any origin. World axes; m, s, kg.

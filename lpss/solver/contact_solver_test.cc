@@ -181,6 +181,32 @@ TYPED_TEST(ContactSolverTest, TwistIsLimitedByFrictionTimesTheMeanArm) {
   EXPECT_NEAR(cubes.body(cube).angular.z(), 0, 1e-5);
 }
 
+// Friction is as large as when it slides or turns alone, and shared between both. A cube whose moment of
+// inertia is that of a ring through its corners keeps the ratio of its speeds.
+TYPED_TEST(ContactSolverTest, SlidingAndTwistingShareOneFriction) {
+  const double arm = std::sqrt(0.5);
+  for (const int lanes : ContactSolver<TypeParam>::widths()) {
+    Cubes<TypeParam> cubes;
+    cubes.set_lanes(lanes);
+    const std::size_t cube = cubes.add({0, 0, TypeParam(0.5)});
+    cubes.body(cube).inverse_inertia.setZero();
+    cubes.body(cube).inverse_inertia(2, 2) = 2;
+    cubes.touch(cube, 0, TypeParam(0.3));
+    for (int tick = 0; tick < 30; ++tick) cubes.step();
+    cubes.body(cube).linear = {TypeParam(1.2), TypeParam(-1.6), 0};
+    cubes.body(cube).angular = {0, 0, TypeParam(1.5 / arm)};
+    for (int tick = 1; tick <= 40; ++tick) {
+      cubes.step();
+      const double left = 2.5 - 0.3 * kGravity * kTick * tick;
+      EXPECT_NEAR(cubes.body(cube).linear.norm(), left * 0.8, 1e-3) << tick;
+      EXPECT_NEAR(cubes.body(cube).angular.z() * arm, left * 0.6, 1e-3) << tick;
+    }
+    for (int tick = 0; tick < 60; ++tick) cubes.step();
+    EXPECT_NEAR(cubes.body(cube).linear.norm(), 0, 1e-6);
+    EXPECT_NEAR(cubes.body(cube).angular.z(), 0, 1e-6);
+  }
+}
+
 TYPED_TEST(ContactSolverTest, ABounceReturnsTheShareOfTheApproach) {
   Cubes<TypeParam> cubes;
   const std::size_t cube = cubes.add({0, 0, TypeParam(0.5)}, {0, 0, -3});

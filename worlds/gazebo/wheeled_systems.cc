@@ -68,8 +68,6 @@ Element* joint_on(System& system, const std::vector<std::string>& names, const E
   return system.joint(names.front());
 }
 
-constexpr double kGravity = 9.81;  // m/s^2
-
 // A number below children of the plugin; 0 where there is none.
 double number_below(System& system, std::initializer_list<const char*> way) {
   Numbers numbers;
@@ -199,12 +197,9 @@ void take_tracked_vehicle(System& system) {
     }
     if (n == 0) return system.fail(absl::StrCat("it names no <", side, ">"));
   }
-  // As much as its tracks could do, with a friction of 1.
-  const double weight = kGravity * std::max(system.parts().mass(), 1.0);
-  const double separation = system.number({"tracks_separation"}, 1);
-  program.set("help", weight)
-      .set("turn_help", weight * separation)
-      .set("separation", separation)
+  constexpr double kCorrection = 2;  // 1/s
+  program.set("separation", system.number({"tracks_separation"}, 1))
+      .set("correction", kCorrection)
       .set("efficiency", system.number({"steering_efficiency"}, 0.5))
       .set("acceleration", accelerates(number_below(system, {"linear_velocity", "max_acceleration"})))
       .set("turn_acceleration", accelerates(number_below(system, {"angular_velocity", "max_acceleration"})));
