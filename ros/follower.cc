@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "daemon/log.h"
 
@@ -59,6 +60,8 @@ absl::StatusOr<std::unique_ptr<Follower>> Follower::open(Node& node, const std::
                                  absl::StrCat(controller, "joint_trajectory"), on_data);
   const auto status = node.writer(action_msgs_msg_dds__GoalStatusArray__desc, absl::StrCat(action, "status"),
                                   {.depth = 1, .is_kept = true});
+  const auto feedback = node.writer(control_msgs_action_dds__FollowJointTrajectory_FeedbackMessage__desc,
+                                    absl::StrCat(action, "feedback"));
   const auto send = node.service(control_msgs_action_dds__FollowJointTrajectory_SendGoal_Request__desc,
                                  control_msgs_action_dds__FollowJointTrajectory_SendGoal_Response__desc,
                                  absl::StrCat(action, "send_goal"), on_data);
@@ -69,16 +72,17 @@ absl::StatusOr<std::unique_ptr<Follower>> Follower::open(Node& node, const std::
                                    control_msgs_action_dds__FollowJointTrajectory_GetResult_Response__desc,
                                    absl::StrCat(action, "get_result"), std::move(on_data));
   absl::Status opened = topic.status();
-  for (const absl::Status& other : {status.status(), send.status(), cancel.status(), result.status()})
+  for (const absl::Status& other :
+       {status.status(), feedback.status(), send.status(), cancel.status(), result.status()})
     opened.Update(other);
   if (!opened.ok()) return opened;
-  return std::unique_ptr<Follower>(new Follower({*topic, *status, *send, *cancel, *result}));
+  return std::unique_ptr<Follower>(new Follower({*topic, *status, *feedback, *send, *cancel, *result}));
 }
 
 Follower::~Follower() {
   for (const dds_entity_t entity :
-       {ends_.topic, ends_.status, ends_.send.requests, ends_.send.replies, ends_.cancel.requests,
-        ends_.cancel.replies, ends_.result.requests, ends_.result.replies})
+       {ends_.topic, ends_.status, ends_.feedback, ends_.send.requests, ends_.send.replies,
+        ends_.cancel.requests, ends_.cancel.replies, ends_.result.requests, ends_.result.replies})
     dds_delete(entity);
 }
 
@@ -200,6 +204,7 @@ std::vector<std::pair<std::string, double>> Follower::next(Tick now, double time
   const double elapsed = static_cast<double>(now - active_->start) * time_step;
   const std::vector<double> positions = path.at(elapsed + time_step);
   for (std::size_t n = 0; n < positions.size(); ++n) wanted.emplace_back(path.joints()[n], positions[n]);
+  if (active_->id) publish_feedback(now, time_step, elapsed, where);
   if (elapsed < path.seconds()) return wanted;
   std::string off;
   for (const auto& [joint, tolerance] : active_->tolerances) {
@@ -225,6 +230,37 @@ void Follower::publish_status() {
   const auto count = static_cast<std::uint32_t>(all.size());
   const action_msgs_msg_dds__GoalStatusArray_ message{{count, count, all.data(), /*_release=*/false}};
   warn(write(ends_.status, &message, "status"));
+}
+
+void Follower::publish_feedback(Tick now, double time_step, double elapsed, const Where& where) const {
+  const JointPath& path = active_->path;
+  std::vector<char*> names;
+  std::vector<double> desired = path.at(elapsed);
+  std::vector<double> actual;
+  std::vector<double> error;
+  for (std::size_t n = 0; n < desired.size(); ++n) {
+    names.push_back(text(path.joints()[n]));
+    actual.push_back(where(path.joints()[n]).value_or(std::numeric_limits<double>::quiet_NaN()));
+    error.push_back(desired[n] - actual[n]);
+  }
+  const auto count = static_cast<std::uint32_t>(names.size());
+  const double seconds = std::floor(elapsed);
+  const auto point_of = [&](std::vector<double>& positions) {
+    trajectory_msgs_msg_dds__JointTrajectoryPoint_ point{};
+    point.positions = {count, count, positions.data(), /*_release=*/false};
+    point.time_from_start = {static_cast<std::int32_t>(seconds),
+                             static_cast<std::uint32_t>((elapsed - seconds) * 1e9)};
+    return point;
+  };
+  control_msgs_action_dds__FollowJointTrajectory_FeedbackMessage_ message{};
+  std::memcpy(message.goal_id.uuid, active_->id->data(), active_->id->size());
+  const std::string no_frame;
+  message.feedback.header = {.stamp = time_at(now, time_step), .frame_id = text(no_frame)};
+  message.feedback.joint_names = {count, count, names.data(), /*_release=*/false};
+  message.feedback.desired = point_of(desired);
+  message.feedback.actual = point_of(actual);
+  message.feedback.error = point_of(error);
+  warn(write(ends_.feedback, &message, "feedback"));
 }
 
 }  // namespace tessera::ros

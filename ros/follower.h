@@ -60,6 +60,7 @@ class Follower {
   struct Ends {
     dds_entity_t topic = 0;
     dds_entity_t status = 0;
+    dds_entity_t feedback = 0;
     ServiceEnds send;
     ServiceEnds cancel;
     ServiceEnds result;
@@ -75,6 +76,8 @@ class Follower {
   const Goal* find(const Id& id) const;
   bool answer(const Id& id, std::uint64_t client, std::int64_t number);  // false: it is on its way
   void publish_status();
+  // Of a goal, so long after its beginning, s.
+  void publish_feedback(Tick now, double time_step, double elapsed, const Where& where) const;
 
   Ends ends_;
   std::optional<Goal> active_;

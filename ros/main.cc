@@ -11,6 +11,7 @@
 #include "client_sdk/arguments/parsed_option.h"
 #include "client_sdk/live/client_program.h"
 #include "daemon/parse_command_line.h"
+#include "ros/descriptions.h"
 #include "ros/feed.h"
 #include "ros/publisher.h"
 #include "ros/services.h"
@@ -26,6 +27,7 @@ struct Arguments {
   FeedOptions feed;
   std::string world;
   std::vector<std::string> remaps;
+  std::vector<std::string> descriptions;
 };
 
 void add_options(CLI::App& app, Arguments& arguments) {
@@ -51,6 +53,10 @@ void add_options(CLI::App& app, Arguments& arguments) {
           {"bodies", Told::kBodies}, {"odom", Told::kWays}, {"none", Told::kNothing}}));
   app.add_option("--remap", arguments.remaps, "/NAME:=/OTHER: another name of a topic or service")
       ->check([](const std::string& text) { return std::string(parse_remap(text).status().message()); });
+  app.add_option(
+         "--description", arguments.descriptions,
+         "FILE: a URDF file that is published as robot_description, below the name of its robot; repeatable")
+      ->check(CLI::ExistingFile);
   app.add_option("--world", arguments.world, "FILE: the world that /reset_simulation loads again")
       ->check(CLI::ExistingFile);
   app.add_option("--rate", feed.rate, "Maximum number of publications per second of wall time")
@@ -63,6 +69,10 @@ absl::Status serve(const Arguments& arguments, Client& client, const std::functi
   for (const std::string& text : arguments.remaps) remaps.insert(parse_remap(text).value());
   const absl::StatusOr<std::unique_ptr<Node>> node = Node::open(arguments.domain, std::move(remaps));
   if (!node.ok()) return node.status();
+  for (const std::string& file : arguments.descriptions) {
+    absl::Status status = publish_description(**node, file, arguments.feed.root);
+    if (!status.ok()) return status;
+  }
   const absl::StatusOr<Publisher> publisher = Publisher::open(**node);
   if (!publisher.ok()) return publisher.status();
   const Feed feed(client, **node, *publisher, arguments.feed);

@@ -7,9 +7,11 @@
 #include <absl/strings/str_split.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "daemon/log.h"
+#include "lpss/base/invariant.h"
 #include "transport/dds_domain.h"
 
 namespace tessera::ros {
@@ -18,14 +20,31 @@ namespace {
 // A ROS node would wait for slow readers forever; we continue with newer messages.
 constexpr dds_duration_t kWriteWait = DDS_MSECS(100);
 
-dds_qos_t* qos_of(const Profile& profile) {
-  dds_qos_t* qos = dds_create_qos();
+constexpr auto kTypeHashes = std::to_array<std::pair<absl::string_view, absl::string_view>>({
+#include "ros/type_hashes.inc"
+});
+
+// What ROS's nodes find out about an endpoint, in its USER_DATA: from Jazzy on, they warn of those that do
+// not say which type they mean.
+std::string user_data_of(const dds_topic_descriptor_t& type, absl::string_view before = "") {
+  const auto* const found = std::ranges::find(kTypeHashes, absl::string_view(type.m_typename),
+                                              &decltype(kTypeHashes)::value_type::first);
+  invariant(found != kTypeHashes.end(), "each type has a hash");
+  return absl::StrCat(before, "typehash=", found->second, ";");
+}
+
+using Qos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
+
+Qos qos_of(const Profile& profile, const std::string& user_data) {
+  Qos owned(dds_create_qos(), dds_delete_qos);
+  dds_qos_t* const qos = owned.get();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, kWriteWait);
   dds_qset_durability(qos, profile.is_kept ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, profile.depth);
   const dds_data_representation_id_t encoding = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qset_data_representation(qos, 1, &encoding);
-  return qos;
+  dds_qset_userdata(qos, user_data.data(), user_data.size());
+  return owned;
 }
 
 }  // namespace
@@ -87,35 +106,32 @@ absl::StatusOr<dds_entity_t> Node::read_from(const dds_topic_descriptor_t& type,
 
 absl::StatusOr<dds_entity_t> Node::writer(const dds_topic_descriptor_t& type, const std::string& topic,
                                           const Profile& profile) {
-  dds_qos_t* const qos = qos_of(profile);
-  const absl::Cleanup delete_qos = [qos] { dds_delete_qos(qos); };
-  dds_qset_writer_data_lifecycle(qos, /*autodispose=*/false);
-  return write_to(type, dds_name("rt", topic), qos);
+  const Qos qos = qos_of(profile, user_data_of(type));
+  dds_qset_writer_data_lifecycle(qos.get(), /*autodispose=*/false);
+  return write_to(type, dds_name("rt", topic), qos.get());
 }
 
 absl::StatusOr<dds_entity_t> Node::reader(const dds_topic_descriptor_t& type, const std::string& topic,
                                           std::function<void()> on_data) {
-  dds_qos_t* const qos = qos_of({});
-  const absl::Cleanup delete_qos = [qos] { dds_delete_qos(qos); };
-  return read_from(type, dds_name("rt", topic), qos, std::move(on_data));
+  const Qos qos = qos_of({}, user_data_of(type));
+  return read_from(type, dds_name("rt", topic), qos.get(), std::move(on_data));
 }
 
 absl::StatusOr<ServiceEnds> Node::service(const dds_topic_descriptor_t& request,
                                           const dds_topic_descriptor_t& reply, const std::string& name,
                                           std::function<void()> on_request) {
-  dds_qos_t* const qos = qos_of({});
-  const absl::Cleanup delete_qos = [qos] { dds_delete_qos(qos); };
   // By this, a client knows which reader and writer belong together.
   dds_guid_t guid{};
   if (const dds_return_t rc = dds_get_guid(participant_, &guid); rc < 0)
     return dds_error(rc, "cannot identify the DDS participant");
   const absl::string_view id(reinterpret_cast<const char*>(guid.v), sizeof(guid.v));
-  const std::string user_data = absl::StrCat("serviceid=", absl::BytesToHexString(id), ".", name, ";");
-  dds_qset_userdata(qos, user_data.data(), user_data.size());
-  absl::StatusOr<dds_entity_t> replies = write_to(reply, dds_name("rr", name, "Reply"), qos);
+  const std::string service = absl::StrCat("serviceid=", absl::BytesToHexString(id), ".", name, ";");
+  absl::StatusOr<dds_entity_t> replies =
+      write_to(reply, dds_name("rr", name, "Reply"), qos_of({}, user_data_of(reply, service)).get());
   if (!replies.ok()) return replies.status();
   absl::StatusOr<dds_entity_t> requests =
-      read_from(request, dds_name("rq", name, "Request"), qos, std::move(on_request));
+      read_from(request, dds_name("rq", name, "Request"), qos_of({}, user_data_of(request, service)).get(),
+                std::move(on_request));
   if (!requests.ok()) return requests.status();
   return ServiceEnds{*requests, *replies};
 }

@@ -167,7 +167,7 @@ absl::Status Robots::add_sensors(const std::vector<FoundProgram>& programs,
     for (int number = 2; !topics.insert(topic).second; ++number)
       topic = absl::StrCat(above, topic_word(rest_of(program.body_name)), "/", word, "_", number);
     const std::string body_frame = frame_name(program.body_name, root_);
-    const bool is_mounted = mounting_of(program).has_value();
+    const bool is_mounted = frame_in_body(program).has_value();
     const bool is_way = kinds.front().type == &nav_msgs_msg_dds__Odometry__desc;
     const std::string frame = is_mounted ? absl::StrCat(body_frame, "/", word)
                               : is_way   ? absl::StrCat(model == root_ ? "" : absl::StrCat(model, "/"), word)
@@ -235,7 +235,7 @@ std::vector<FoundFrame> Robots::frames() const {
   std::vector<FoundFrame> frames;
   for (const Sensor& sensor : sensors_) {
     if (!frames.empty() && frames.back().name == sensor.frame) continue;  // another topic of it
-    if (const std::optional<Pose> mounting = mounting_of(sensor.program))
+    if (const std::optional<Pose> mounting = frame_in_body(sensor.program))
       frames.push_back({sensor.frame, sensor.program.body, sensor.program.body_name, *mounting});
   }
   return frames;

@@ -49,17 +49,6 @@ absl::Status publish_imu(const Sensor& sensor, const Time& stamp) {
   return write(sensor.writer, &message, sensor.topic);
 }
 
-RayFan fan_of(const FoundProgram& program) {
-  const auto number = [&](absl::string_view name) { return parameter_of(program, name); };
-  return {.rays = static_cast<std::size_t>(number("rays")),
-          .rows = static_cast<std::size_t>(number("rows")),
-          .heading = number("heading"),
-          .angle = number("angle"),
-          .elevation = number("elevation"),
-          .row_angle = number("row_angle"),
-          .on_plane = is_camera(program)};
-}
-
 // The distances along its rays; infinite where there is nothing.
 std::vector<float> ranges_of(const Sensor& sensor) {
   const double most = parameter_of(sensor.program, "most");
@@ -74,7 +63,7 @@ std::vector<float> ranges_of(const Sensor& sensor) {
 
 absl::Status publish_scan(const Sensor& sensor, const Time& stamp) {
   const auto number = [&](absl::string_view name) { return parameter_of(sensor.program, name); };
-  const RayFan fan = fan_of(sensor.program);
+  const RayFan fan = live::fan_of(sensor.program);
   const auto angle_of = [&](std::size_t n) {
     return static_cast<float>(RayFan::angle_at(fan.heading, fan.angle, fan.rays, n));
   };
@@ -116,7 +105,7 @@ absl::Status publish_cloud(const Sensor& sensor, const Time& stamp, std::vector<
 
 // What rays meet.
 absl::Status publish_points(const Sensor& sensor, const Time& stamp) {
-  const RayFan fan = fan_of(sensor.program);
+  const RayFan fan = live::fan_of(sensor.program);
   const std::vector<float> ranges = ranges_of(sensor);
   std::vector<Point> points;
   for (std::size_t n = 0; n < ranges.size(); ++n) {
@@ -130,7 +119,7 @@ absl::Status publish_points(const Sensor& sensor, const Time& stamp) {
 // The pixels of a depth camera by rows, from the left of the uppermost row on: along the axes of an image.
 // Where there is nothing, they are not finite.
 std::vector<Point> pixels_of(const Sensor& sensor) {
-  const RayFan fan = fan_of(sensor.program);
+  const RayFan fan = live::fan_of(sensor.program);
   const std::vector<float> ranges = ranges_of(sensor);
   std::vector<Point> pixels;
   for (std::size_t n = ranges.size(); n-- > 0;) {
@@ -143,7 +132,7 @@ std::vector<Point> pixels_of(const Sensor& sensor) {
 }
 
 std::uint32_t rows_of(const Sensor& sensor) {
-  const RayFan fan = fan_of(sensor.program);
+  const RayFan fan = live::fan_of(sensor.program);
   return static_cast<std::uint32_t>(fan.count() / fan.rays);
 }
 
@@ -169,7 +158,7 @@ absl::Status publish_depth_image(const Sensor& sensor, const Time& stamp) {
 
 // Of a camera without distortion.
 absl::Status publish_camera_info(const Sensor& sensor, const Time& stamp) {
-  const RayFan fan = fan_of(sensor.program);
+  const RayFan fan = live::fan_of(sensor.program);
   std::string model = "plumb_bob";
   std::array<double, 5> distortion{};
   sensor_msgs_msg_dds__CameraInfo_ message{};
@@ -276,20 +265,11 @@ constexpr std::array kKinds = {
 
 }  // namespace
 
-bool is_camera(const FoundProgram& program) {
-  return program.kind == "ranger" && parameter_of(program, "plane") >= 0.5;
-}
-
 std::span<const SensorKind> sensor_kinds(const FoundProgram& program) {
   if (is_camera(program)) return kCameraKinds;
   if (program.kind == "ranger" && parameter_of(program, "rows") > 1) return kPointsKind;
   const auto found = std::ranges::find(kKinds, absl::string_view(program.kind), &SensorKind::program);
   return found == kKinds.end() ? std::span<const SensorKind>() : std::span(&*found, 1);
-}
-
-double parameter_of(const FoundProgram& program, absl::string_view name) {
-  const auto found = std::ranges::find(program.parameters, name, &NamedNumber::name);
-  return found == program.parameters.end() ? 0 : found->value;
 }
 
 double value_of(const Sensor& sensor, absl::string_view name) {
@@ -298,14 +278,10 @@ double value_of(const Sensor& sensor, absl::string_view name) {
   return place && *place < sensor.values.size() ? sensor.values[*place] : 0;
 }
 
-std::optional<Pose> mounting_of(const FoundProgram& program) {
-  const auto number = [&](absl::string_view name) { return parameter_of(program, name); };
-  if (program.kind != "imu" && program.kind != "ranger" && program.kind != "magnetometer")
-    return std::nullopt;
-  const Pose mounting{{number("x"), number("y"), number("z")},
-                      turned_by(number("roll"), number("pitch"), number("yaw"))};
+std::optional<Pose> frame_in_body(const FoundProgram& program) {
+  const std::optional<Pose> mounting = live::mounting_of(program);
   const Pose image{Eigen::Vector3d::Zero(), Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)};
-  return is_camera(program) ? mounting * image : mounting;
+  return mounting && is_camera(program) ? *mounting * image : mounting;
 }
 
 bool measures_since(const Sensor& sensor, Tick before, Tick tick, double time_step) {

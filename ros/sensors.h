@@ -9,11 +9,15 @@
 #include <string>
 #include <vector>
 
+#include "client_sdk/live/sensor_programs.h"
 #include "ros/node.h"
 #include "ros/transforms.h"
 #include "tessera/batch.h"
 
 namespace tessera::ros {
+
+using live::is_camera;
+using live::parameter_of;
 
 struct SensorKind;
 
@@ -39,16 +43,13 @@ struct SensorKind {
 // All topics of a program; none of one that does not measure.
 std::span<const SensorKind> sensor_kinds(const FoundProgram& program);
 
-// A parameter, and one of the latest values, by name; 0 where the program has none of that name.
-double parameter_of(const FoundProgram& program, absl::string_view name);
+// One of the latest values by its name; 0 where the program has none of that name.
 double value_of(const Sensor& sensor, absl::string_view name);
 
-// The pose of a sensor in its body, of which its measurements have the axes; nothing for one that measures in
-// the frame of its body.
-std::optional<Pose> mounting_of(const FoundProgram& program);
-// Of one that measures as a camera does, the axes are those of an image: x to the right, y downwards, z to
-// where it looks.
-bool is_camera(const FoundProgram& program);
+// The frame of a sensor in its body, of which its measurements have the axes; nothing for one that measures
+// in the frame of its body. Of one that measures as a camera does, the axes are those of an image: x to the
+// right, y downwards, z to where it looks.
+std::optional<Pose> frame_in_body(const FoundProgram& program);
 
 // Whether a sensor with a rate measures in one of the ticks after `before`, up to `tick`.
 bool measures_since(const Sensor& sensor, Tick before, Tick tick, double time_step);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -295,6 +296,26 @@ TEST_F(RosTest, ARobotThatIsTheRootHasTheNamesOfItsStack) {
     EXPECT_STREQ(message.transforms._buffer[0].header.frame_id, "odom");
     return true;
   })) << ros.output();
+}
+
+TEST_F(RosTest, RobotsAreDescribedToWhoeverShowsThem) {
+  const std::filesystem::path folder = cli::make_temporary_folder().value();
+  const std::string text = "<robot name='arm'><link name='base'/></robot>";
+  std::ofstream(folder / "arm.urdf") << text;
+  std::ofstream(folder / "world.sdf") << "<sdf version='1.9'/>";
+  const Cluster cluster = start_cluster(1);
+  ASSERT_TRUE(cluster.client);
+  const std::string address = cluster.processes->address();
+  const Process ros("tessera-ros", {"--connect", address, "--description", (folder / "arm.urdf").string()});
+  const dds_entity_t described = read(std_msgs_msg_dds__String__desc, "rt/arm/robot_description",
+                                      DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL);
+  EXPECT_TRUE(await<std_msgs_msg_dds__String_>(described, [&](const std_msgs_msg_dds__String_& message) {
+    return message.data == text;
+  })) << ros.output();
+  Process wrong("tessera-ros", {"--connect", address, "--description", (folder / "world.sdf").string()});
+  EXPECT_NE(wrong.wait(), 0);
+  EXPECT_THAT(wrong.output(), HasSubstr("no <robot>"));
+  std::filesystem::remove_all(folder);
 }
 
 TEST_F(RosTest, JointsGoWhereTheyAreCommanded) {

@@ -20,6 +20,7 @@ constexpr std::int8_t kSucceededGoal = 4;
 constexpr std::int8_t kCanceledGoal = 5;
 constexpr std::int8_t kAbortedGoal = 6;
 
+using Feedback = control_msgs_action_dds__FollowJointTrajectory_FeedbackMessage_;
 using Result = control_msgs_action_dds__FollowJointTrajectory_GetResult_Response_;
 
 class RosTrajectoriesTest : public RosTest {
@@ -89,7 +90,19 @@ TEST_F(RosTrajectoriesTest, AGoalIsReachedOrItIsSaidWhyNot) {
   const Process ros("tessera-ros", {"--connect", cluster_.processes->address(), "--rate", "1000"});
   EXPECT_FALSE(send(1, "wing", 0.4, 1, 0.05)) << "it has none";
   ASSERT_THAT(cluster_.client->resume().status(), IsOk());
+  const dds_entity_t feedback = read(control_msgs_action_dds__FollowJointTrajectory_FeedbackMessage__desc,
+                                     (std::string("rt") + kAction + "feedback").c_str(),
+                                     DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_VOLATILE);
   ASSERT_TRUE(send(2, "elbow", 0.4, 1, 0.05)) << ros.output();
+  EXPECT_TRUE(await<Feedback>(feedback, [](const Feedback& message) {
+    const auto& [header, joints, desired, actual, error, others, no, nor, none] = message.feedback;
+    EXPECT_EQ(message.goal_id.uuid[0], 2);
+    EXPECT_EQ(joints._length, 1u);
+    if (joints._length != 1 || actual.positions._length != 1) return true;
+    EXPECT_STREQ(joints._buffer[0], "elbow");
+    EXPECT_DOUBLE_EQ(error.positions._buffer[0], desired.positions._buffer[0] - actual.positions._buffer[0]);
+    return actual.positions._buffer[0] > 0.2;
+  }));
   EXPECT_EQ(status_of(2), kSucceededGoal) << why_;
   EXPECT_EQ(error_, 0);
   EXPECT_NEAR(position_of("arm::elbow"), 0.4, 0.06);
