@@ -257,6 +257,31 @@ std::optional<Pose> pose_of(const Element& sensor, const Element& link, const Mo
   return place->pose * pose->pose;
 }
 
+// The last word of a topic: "/robot/front/scan" is "scan".
+std::string word_of(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
+
+// That of its topic, as the file or a plugin of ROS has it, if no other program of the link has it; or else
+// its own name.
+std::string name_for(const Element& sensor, const Element& link) {
+  std::string word = word_of(xml::child_text(sensor, "topic"));
+  for (const Element* plugin = sensor.FirstChildElement("plugin"); plugin != nullptr && word.empty();
+       plugin = plugin->NextSiblingElement("plugin")) {
+    word = word_of(xml::child_text(*plugin, "topicName"));
+    const Element* const ros = plugin->FirstChildElement("ros");
+    for (const Element* remap = ros == nullptr ? nullptr : ros->FirstChildElement("remapping");
+         remap != nullptr && word.empty(); remap = remap->NextSiblingElement("remapping")) {
+      const std::string text = xml::text_of(*remap);
+      if (const std::size_t sign = text.find(":="); sign != std::string::npos)
+        word = word_of(text.substr(sign + 2));
+    }
+  }
+  for (const Element* other = link.FirstChildElement(kSystemProgram); other != nullptr;
+       other = other->NextSiblingElement(kSystemProgram)) {
+    if (xml::attribute_of(other, "name") == word) word.clear();
+  }
+  return word.empty() ? xml::attribute_of(&sensor, "name") : word;
+}
+
 class Taking {
  public:
   Taking(const ModelParts& parts, Notices& notices) : parts_(parts), notices_(notices) {}
@@ -284,7 +309,7 @@ class Taking {
     if (!pose) return leave_out(type, ", whose pose is malformed or not fixed to its link,");
     const Sensor sensor{element, type, *pose};
     Reading reading(sensor, notices_);
-    ProgramWriter program(kind->program, xml::attribute_of(&element, "name"));
+    ProgramWriter program(kind->program, name_for(element, link));
     kind->write(sensor, reading, program);
     finish(sensor, reading.status(), program, link);
   }
@@ -300,7 +325,7 @@ class Taking {
     const std::string frame = own == nullptr ? "" : xml::child_text(*own, "frame");
     const bool is_on_child =
         own != nullptr && xml::child_text(*own, "measure_direction") == "parent_to_child";
-    ProgramWriter program("load", xml::attribute_of(&element, "name"));
+    ProgramWriter program("load", name_for(element, *child));
     program.set("joint", xml::attribute_of(&joint, "name"))
         .set("frame", 1)
         .set("direction", is_on_child ? 1 : -1)

@@ -15,6 +15,7 @@ namespace tessera {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -41,6 +42,26 @@ TEST(SensorsOfFiles, AnImuHasItsPlaceItsTurnAndItsNoise) {
   EXPECT_NEAR(number_of(imu, "yaw"), 1.5, 1e-15);
   EXPECT_EQ(number_of(imu, "turn_noise"), 0.01);
   EXPECT_EQ(number_of(imu, "noise"), 0);
+}
+
+TEST(SensorsOfFiles, ProgramsAreNamedByTheirTopics) {
+  const auto names = [](const std::string& sensors) {
+    std::vector<std::string> found;
+    const LoadedWorld loaded = load_sensor(sensors);
+    for (const ProgramRecord& record : loaded.world.bodies.at(0).programs) found.push_back(record.name);
+    return found;
+  };
+  EXPECT_THAT(names("<sensor name='a' type='imu'><topic>/robot/front/imu</topic></sensor>"
+                    "<sensor name='b' type='imu'><topic>other/imu</topic></sensor>"
+                    "<sensor name='c' type='imu'/>"),
+              ElementsAre("imu", "b", "c"));
+  EXPECT_THAT(
+      names("<sensor name='lds' type='ray'><plugin name='p' filename='libgazebo_ros_ray_sensor.so'><ros>"
+            "<remapping>~/out:=scan</remapping></ros></plugin></sensor>"),
+      ElementsAre("scan"));
+  EXPECT_THAT(names("<sensor name='s' type='imu'><plugin name='p' filename='libgazebo_ros_imu_sensor.so'>"
+                    "<topicName>/imu/data</topicName></plugin></sensor>"),
+              ElementsAre("data"));
 }
 
 TEST(SensorsOfFiles, AnImuHasItsBiasAndItsDrift) {
