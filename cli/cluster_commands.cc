@@ -56,6 +56,7 @@ absl::Status up(UpOptions options) {
     world = *std::move(loaded);
   }
   LocalClusterOptions& wanted = options.cluster;
+  if (std::filesystem::exists(options.world)) wanted.looks = std::filesystem::absolute(options.world);
   wanted.interrupt_descriptor = interrupt_descriptor();
   wanted.precision = world
                          ? world->world.settings.precision

@@ -100,6 +100,7 @@ absl::Status LocalCluster::start_page(int inotify) {
                                         "--exit-with-parent"};
   add_keys(arguments);
   if (options_.page_on_any_port) arguments.push_back("--any-port");
+  if (!options_.looks.empty()) arguments.insert(arguments.end(), {"--looks", options_.looks.string()});
   absl::StatusOr<ChildProcess> page =
       ChildProcess::start(options_.daemons / kViewer, arguments, folder_ / "viewer.log");
   if (!page.ok()) return page.status();

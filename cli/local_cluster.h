@@ -37,6 +37,7 @@ struct LocalClusterOptions {
   std::vector<std::string> gateways;                // host:port of each; port 0: any free one
   std::string page;                                 // host:port of tessera-viewer; empty: without
   bool page_on_any_port = false;                    // where that port is in use
+  std::filesystem::path looks;                      // the world file whose visuals it shows; may be empty
   absl::Duration checkpoint_every;                  // 0: none, and the world ends with any of its servers
   absl::Duration balance_every = kBalanceEvery;     // 0: never
   std::string balance_policy = "curve";

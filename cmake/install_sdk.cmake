@@ -47,7 +47,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/client_sdk/include/tessera
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT sdk)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/lpss DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT sdk
   FILES_MATCHING PATTERN "*.h" PATTERN bullet EXCLUDE PATTERN "*test*" EXCLUDE)
-install(FILES ${PROJECT_SOURCE_DIR}/worlds/loader/world_file.h
+install(FILES ${PROJECT_SOURCE_DIR}/worlds/loader/look.h ${PROJECT_SOURCE_DIR}/worlds/loader/world_file.h
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/worlds/loader COMPONENT sdk)
 
 set(generated ${CMAKE_CURRENT_BINARY_DIR}/package)

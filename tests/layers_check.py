@@ -23,7 +23,7 @@ MAY_INCLUDE = {
     "sector_server": "daemon keys lpss proto tiles transport",
     "gateway": "daemon keys lpss proto transport",
     "client_sdk": "daemon keys lpss proto",
-    "viewer": "client_sdk daemon keys lpss",
+    "viewer": "client_sdk daemon keys lpss worlds",
     "ros": "client_sdk daemon lpss transport worlds",
     "simulator": "coordinator lpss proto sector_server transport",
     "cli": "client_sdk coordinator daemon gateway keys lpss proto sector_server simulator tiles worlds",

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace tessera::viewer {
 namespace {
@@ -69,6 +70,19 @@ json to_json(const Shape& shape) {
     entry["position"] = to_json(part.pose.position);
     entry["orientation"] = quaternion(part.pose.orientation);
     parts.push_back(std::move(entry));
+  }
+  return parts;
+}
+
+// Of meshes, as many digits as can be seen.
+json to_json(const Look& look) {
+  constexpr double kPerMetre = 1e5;
+  json parts = to_json(look.shape);
+  for (std::size_t n = 0; n < parts.size(); ++n) {
+    parts[n]["colour"] = look.colours[n];
+    if (!parts[n].contains("vertices")) continue;
+    for (json& number : parts[n]["vertices"])
+      number = std::round(number.get<double>() * kPerMetre) / kPerMetre;
   }
   return parts;
 }

@@ -13,6 +13,7 @@
 #include "lpss/grid/world_position.h"
 #include "lpss/model/shape.h"
 #include "tessera/client.h"
+#include "worlds/loader/look.h"
 
 namespace tessera::viewer {
 
@@ -20,6 +21,7 @@ nlohmann::json to_json(const SectorIndex& sector);
 nlohmann::json to_json(const Eigen::Vector3d& vector);
 nlohmann::json to_json(const WorldPosition& position);  // {"sector": ["i", "j", "k"], "local": [x, y, z]}
 nlohmann::json to_json(const Shape& shape);
+nlohmann::json to_json(const Look& look);  // parts of a shape, each with its "colour", 0xRRGGBB
 nlohmann::json to_json(const FoundBody& body);
 
 // INVALID_ARGUMENT if a field is missing or has another type.

@@ -5,6 +5,8 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,7 @@ struct Arguments {
   std::string listen = "127.0.0.1:7380";
   std::vector<std::string> hosts;
   std::string ready_file;
+  std::filesystem::path looks;
   PageOptions page;
   KeysOptions keys;
   bool any_port = false;
@@ -54,6 +57,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Maximum number of frames per second for each browser")
       ->check(number_within(1.0, 120.0))
       ->capture_default_str();
+  app.add_option("--looks", arguments.looks,
+                 "World file whose visuals show what bodies look like, while a world of its name is loaded");
   app.add_option("--ready-file", arguments.ready_file,
                  "Write the address of the web UI to this file once it is served");
   add_parent_option(app, arguments.exit_with_parent);
@@ -98,6 +103,7 @@ int main(int argc, char** argv) {
   viewer::add_options(app, arguments);
   return live::run_client(app, argc, argv, arguments.client,
                           [&](Client& client, const std::function<void()>& wait) -> absl::Status {
+                            arguments.page.looks = std::make_shared<viewer::FileLooks>(arguments.looks);
                             if (arguments.exit_with_parent && !end_with_parent(parent, SIGTERM)) {
                               return absl::CancelledError("the process that started this one has ended");
                             }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "viewer/json.h"
+#include "viewer/model_requests.h"
 #include "viewer/places.h"
 
 namespace tessera::viewer {
@@ -14,7 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr absl::Duration kTimeout = absl::Seconds(5);
 constexpr std::uint64_t kStepTicksMax = 10'000;
 constexpr std::size_t kPlacesMax = 200;
 
@@ -32,7 +32,7 @@ absl::StatusOr<BodyName> body_of(const json& request) {
 }
 
 absl::StatusOr<json> resume(Client& client, const json& request) {
-  return tick_of(client.resume(request.value("real_time_factor", 1.0), kTimeout));
+  return tick_of(client.resume(request.value("real_time_factor", 1.0), kRequestTimeout));
 }
 
 absl::StatusOr<json> step(Client& client, const json& request) {
@@ -65,7 +65,7 @@ absl::StatusOr<json> spawn(Client& client, double sector_size, const json& reque
   const absl::StatusOr<Shape> shape = shape_from(request.at("shape"));
   if (!shape.ok()) return shape.status();
   const absl::StatusOr<Spawned> spawned = client.spawn(
-      solid(request.value("name", ""), *shape, request.at("mass").get<double>(), *position), kTimeout);
+      solid(request.value("name", ""), *shape, request.at("mass").get<double>(), *position), kRequestTimeout);
   if (!spawned.ok()) return spawned.status();
   return json{{"body", spawned->id.value}, {"tick", spawned->tick}};
 }
@@ -77,13 +77,13 @@ absl::StatusOr<json> push(Client& client, const json& request) {
   if (!lever.ok()) return lever.status();
   const absl::StatusOr<BodyName> body = body_of(request);
   if (!body.ok()) return body.status();
-  return tick_of(client.apply_impulse(*body, *impulse, *lever, kTimeout));
+  return tick_of(client.apply_impulse(*body, *impulse, *lever, kRequestTimeout));
 }
 
 absl::StatusOr<json> remove(Client& client, const json& request) {
   const absl::StatusOr<BodyName> body = body_of(request);
   if (!body.ok()) return body.status();
-  return tick_of(client.remove(*body, kTimeout));
+  return tick_of(client.remove(*body, kRequestTimeout));
 }
 
 absl::StatusOr<json> pick(Client& client, const json& request) {
@@ -92,7 +92,7 @@ absl::StatusOr<json> pick(Client& client, const json& request) {
   const absl::StatusOr<Eigen::Vector3d> direction = vector_from(request.at("direction"));
   if (!direction.ok()) return direction.status();
   const RayQuery ray{*origin, *direction, request.at("length").get<double>(), 0};
-  const absl::StatusOr<std::optional<RayResult>> hit = client.raycast(ray, kTimeout);
+  const absl::StatusOr<std::optional<RayResult>> hit = client.raycast(ray, kRequestTimeout);
   if (!hit.ok()) return hit.status();
   if (!*hit) return json{{"hit", false}};
   json found = to_json((*hit)->position);
@@ -106,18 +106,18 @@ absl::StatusOr<json> pick(Client& client, const json& request) {
 
 // One frame of the bodies that match `filter`.
 absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const BodyFilter& filter) {
-  const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter, kTimeout);
+  const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter, kRequestTimeout);
   if (!stream.ok()) return stream.status();
-  absl::StatusOr<BodyFrame> frame = (*stream)->next(kTimeout);
+  absl::StatusOr<BodyFrame> frame = (*stream)->next(kRequestTimeout);
   if (!frame.ok()) return frame.status();
   return std::move(frame->bodies);
 }
 
 absl::StatusOr<FoundBody> named_or_numbered(Client& client, const BodyName& name) {
-  if (const auto* text = std::get_if<std::string>(&name)) return client.find(*text, kTimeout);
+  if (const auto* text = std::get_if<std::string>(&name)) return client.find(*text, kRequestTimeout);
   BodyQuery query;
   query.ids = {std::get<BodyId>(name)};
-  absl::StatusOr<FoundBodies> found = client.find_bodies(query, kTimeout);
+  absl::StatusOr<FoundBodies> found = client.find_bodies(query, kRequestTimeout);
   if (!found.ok()) return found.status();
   if (found->bodies.empty())
     return absl::NotFoundError(absl::StrCat("no body has the id ", query.ids[0].value));
@@ -138,30 +138,6 @@ absl::StatusOr<json> find(Client& client, const json& request) {
   return found;
 }
 
-json numbers_of(const std::vector<NamedNumber>& numbers) {
-  json result = json::object();
-  for (const NamedNumber& number : numbers) result[number.name] = number.value;
-  return result;
-}
-
-absl::StatusOr<json> programs(Client& client, const json& request) {
-  const absl::StatusOr<std::uint64_t> id = natural_from(request.at("body"));
-  if (!id.ok()) return absl::InvalidArgumentError(absl::StrCat("body: ", id.status().message()));
-  QueryList queries;
-  const auto place = queries.programs({.ids = {BodyId{*id}}});
-  const absl::StatusOr<Answers> answers = client.ask(queries, kTimeout);
-  if (!answers.ok()) return answers.status();
-  json found = json::array();
-  for (const FoundProgram& program : (*answers)[place].programs) {
-    found.push_back({{"kind", program.kind},
-                     {"name", program.name},
-                     {"inputs", numbers_of(program.inputs)},
-                     {"values", numbers_of(program.values)},
-                     {"fault", program.fault}});
-  }
-  return json{{"programs", std::move(found)}};
-}
-
 absl::StatusOr<json> places(Client& client, double sector_size) {
   const absl::StatusOr<std::vector<BodySample>> bodies = look_once(client, {});
   if (!bodies.ok()) return bodies.status();
@@ -172,7 +148,7 @@ absl::StatusOr<json> places(Client& client, double sector_size) {
   for (const Place& place : found) query.ids.push_back(place.first);
   query.limit = kPlacesMax;
   absl::StatusOr<FoundBodies> first;
-  if (!query.ids.empty()) first = client.find_bodies(query, kTimeout);
+  if (!query.ids.empty()) first = client.find_bodies(query, kRequestTimeout);
   if (!query.ids.empty() && !first.ok()) return first.status();
   json described = json::array();
   for (const Place& place : found) {
@@ -196,13 +172,16 @@ absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report
   if (what == "find") return find(client, request);
   if (what == "places") return places(client, sector_size);
   if (what == "programs") return programs(client, request);
+  if (what == "names") return names(client, request);
+  if (what == "model") return model(client, request);
   if (read_only) return absl::PermissionDeniedError(absl::StrCat(what, ": this web UI is read-only"));
-  if (what == "pause") return tick_of(client.pause(kTimeout));
+  if (what == "pause") return tick_of(client.pause(kRequestTimeout));
   if (what == "resume") return resume(client, request);
   if (what == "step") return step(client, request);
   if (what == "spawn") return spawn(client, sector_size, request);
   if (what == "push") return push(client, request);
   if (what == "remove") return remove(client, request);
+  if (what == "drive") return drive(client, request);
   return absl::InvalidArgumentError(absl::StrCat("do: unknown request '", what, "'"));
 }
 

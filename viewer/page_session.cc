@@ -217,7 +217,7 @@ void PageSession::show(const std::shared_ptr<const live::ClusterReport>& report,
       watch_at_another_rate_where_needed();
     }
     std::vector<SeenBody> bodies = seen(*report, *frame);
-    introduce(bodies);
+    introduce(report->cluster.world, bodies);
     send(encoder_.encode(frame->tick, std::move(bodies)));
   }
   std::optional<ContactFrame> contacts = contacts_.take();
@@ -237,6 +237,7 @@ bool PageSession::start_over_where_needed(const live::ClusterReport& report, con
     catalogue_.clear();
     told_bodies_.clear();
     told_shapes_.clear();
+    told_looks_.clear();
     view_.reset();
     last_contacts_.reset();
     socket_.send_text(dump({{"type", "world"}, {"world", report.cluster.world}}));
@@ -281,7 +282,7 @@ json PageSession::seen(const live::ClusterReport& report, const SeamFrame& frame
   return {{"type", "seams"}, {"clones", std::move(clones)}, {"islands", std::move(islands)}};
 }
 
-void PageSession::introduce(const std::vector<SeenBody>& bodies) {
+void PageSession::introduce(const std::string& world, const std::vector<SeenBody>& bodies) {
   std::vector<BodyId> strangers;
   for (const SeenBody& body : bodies) {
     if (!told_bodies_.contains(BodyId{body.id})) strangers.push_back(BodyId{body.id});
@@ -289,6 +290,7 @@ void PageSession::introduce(const std::vector<SeenBody>& bodies) {
   if (strangers.empty() || !catalogue_.learn(strangers).ok()) return;
   json described = json::array();
   json shapes = json::object();
+  json looks = json::object();
   for (const BodyId id : strangers) {
     const FoundBody* body = catalogue_.find(id);
     if (body == nullptr) continue;
@@ -296,9 +298,16 @@ void PageSession::introduce(const std::vector<SeenBody>& bodies) {
     described.push_back(to_json(*body));
     const ShapeId shape = body->properties.shape;
     if (told_shapes_.insert(shape).second) shapes[absl::StrCat(shape)] = to_json(catalogue_.shape(shape));
+    const std::shared_ptr<const Look> look = options_.looks->of(world, body->name);
+    if (!look) continue;
+    const auto [told, is_new] = told_looks_.try_emplace(look.get(), told_looks_.size());
+    if (is_new) looks[absl::StrCat(told->second)] = to_json(*look);
+    described.back()["look"] = told->second;
   }
-  socket_.send_text(
-      dump({{"type", "bodies"}, {"bodies", std::move(described)}, {"shapes", std::move(shapes)}}));
+  socket_.send_text(dump({{"type", "bodies"},
+                          {"bodies", std::move(described)},
+                          {"shapes", std::move(shapes)},
+                          {"looks", std::move(looks)}}));
 }
 
 void PageSession::answer_requests() {

@@ -3,11 +3,12 @@
 // The tab sends as JSON {"type": "look", position, "half"} for its camera, {"type": "contacts" or "seams",
 // "on"} for optional marks, {"type": "seen"} for every frame that it has drawn, and {"type": "ask", "id",
 // "do", ...} (page_requests.h). It receives "hello", "status", "world" (a new world voids all earlier
-// messages), "view" (the sector that points are relative to), "bodies" and "shapes" (when they first come
-// into view), "answer", and frames: binary ones (frame_encoder.h) and "seams". At most two frames are in
-// flight, so a tab that draws slowly gets fewer.
+// messages), "view" (the sector that points are relative to), "bodies" with "shapes" and "looks" (when they
+// first come into view), "answer", and frames: binary ones (frame_encoder.h) and "seams". At most two frames
+// are in flight, so a tab that draws slowly gets fewer.
 #pragma once
 
+#include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 #include <absl/time/time.h>
 
@@ -27,6 +28,7 @@
 #include "client_sdk/live/cluster_monitor.h"
 #include "client_sdk/live/latest_frame.h"
 #include "tessera/client.h"
+#include "viewer/file_looks.h"
 #include "viewer/frame_encoder.h"
 #include "viewer/page_view.h"
 
@@ -36,6 +38,7 @@ struct PageOptions {
   bool read_only = false;
   double frames_per_second = 30;   // at most
   double states_per_second = 1e5;  // of bodies: with more in view, fewer frames
+  std::shared_ptr<const FileLooks> looks = std::make_shared<FileLooks>("");
 };
 
 // Send to the tab; both block while the network does.
@@ -74,7 +77,7 @@ class PageSession {
   void show(const std::shared_ptr<const live::ClusterReport>& report, const Interest& interest);
   // Whether the view has changed.
   bool start_over_where_needed(const live::ClusterReport& report, const Interest& interest);
-  void introduce(const std::vector<SeenBody>& bodies);
+  void introduce(const std::string& world, const std::vector<SeenBody>& bodies);
   std::vector<SeenBody> seen(const live::ClusterReport& report, const BodyFrame& frame);
   nlohmann::json seen(const live::ClusterReport& report, const SeamFrame& frame) const;
 
@@ -106,6 +109,7 @@ class PageSession {
   std::optional<ContactFrame> last_contacts_;  // a paused world streams them only once
   absl::flat_hash_set<BodyId> told_bodies_;
   absl::flat_hash_set<ShapeId> told_shapes_;
+  absl::flat_hash_map<const Look*, std::size_t> told_looks_;  // by their numbers on the page
   std::uint64_t told_world_ = 0;
   std::uint64_t counted_bodies_ = 0;  // of the world, when its static bodies were requested
 

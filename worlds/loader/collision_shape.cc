@@ -23,6 +23,7 @@
 #include <variant>
 
 #include "lpss/model/limits.h"
+#include "worlds/loader/visuals.h"
 
 namespace tessera {
 namespace {
@@ -30,6 +31,7 @@ namespace {
 using ignition::math::eigen3::convert;
 
 constexpr absl::string_view kGivenPrefix = "tessera:given/";
+constexpr std::uint32_t kPlainColour = 0xb3b3b3;  // of what has none
 
 using Parts = std::vector<ShapePart>;  // in the frame of a collision
 
@@ -297,6 +299,39 @@ absl::StatusOr<TriangleMesh> surface_of_file(const sdf::Mesh& mesh, MeshLibrary&
   const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(mesh, file, meshes);
   if (!objects.ok()) return objects.status();
   return surface_of(*objects, is_mirrored(mesh));
+}
+
+absl::StatusOr<Look> look_of(const sdf::Link& link, MeshLibrary& meshes, Notices& notices) {
+  Look look;
+  std::size_t triangles = 0;
+  const auto add = [&](ShapePart part, const Pose& pose, std::uint32_t colour) {
+    look.shape.parts.push_back({std::move(part.geometry), pose * part.pose});
+    look.colours.push_back(colour);
+  };
+  for (std::uint64_t n = 0; n < link.CollisionCount(); ++n) {
+    const sdf::Collision& visual = *link.CollisionByIndex(n);
+    if (!was_visual(visual.Name())) continue;
+    const std::optional<std::uint32_t> colour = colour_of_visual(visual.Name());
+    const sdf::Mesh* const mesh = visual.Geom()->MeshShape();
+    const Pose pose = pose_in_link(visual);
+    if (mesh == nullptr || meshes.given(mesh->Uri()) != nullptr) {
+      absl::StatusOr<Parts> parts = parts_of(*visual.Geom(), /*moves=*/false, visual.Name(), meshes, notices);
+      if (!parts.ok()) return parts.status();
+      for (ShapePart& part : *parts) add(std::move(part), pose, colour.value_or(kPlainColour));
+      continue;
+    }
+    const absl::StatusOr<std::vector<SubMesh>> objects = chosen_objects(*mesh, mesh->Uri(), meshes);
+    if (!objects.ok()) return objects.status();
+    for (const SubMesh& object : *objects) {
+      triangles += object.indices.size() / 3;
+      add({surface_of({object}, is_mirrored(*mesh)), Pose{}}, pose,
+          colour.value_or(object.colour.value_or(kPlainColour)));
+    }
+  }
+  if (triangles <= kLookTrianglesMax) return look;
+  notices.count(absl::StrCat("link whose visuals have more than ", kLookTrianglesMax,
+                             " triangles, shown as its collisions"));
+  return Look{};
 }
 
 absl::StatusOr<Shape> shape_of(const sdf::Link& link, bool moves, const std::vector<PartMaterial>& materials,

@@ -13,6 +13,7 @@
 
 #include "lpss/model/shape.h"
 #include "worlds/loader/given_geometry.h"
+#include "worlds/loader/look.h"
 #include "worlds/loader/mesh_file.h"
 #include "worlds/loader/notices.h"
 
@@ -42,6 +43,10 @@ class MeshLibrary {
 // The chosen objects of a mesh file as one surface. Errors as read_mesh_file(); INVALID_ARGUMENT for objects
 // that are not there and for a scale of 0. An empty one for what is no file.
 absl::StatusOr<TriangleMesh> surface_of_file(const sdf::Mesh& mesh, MeshLibrary& meshes);
+
+// The visuals of a link, of which show_visuals() made collisions. Without parts if there are none, or too
+// many triangles.
+absl::StatusOr<Look> look_of(const sdf::Link& link, MeshLibrary& meshes, Notices& notices);
 
 // All collisions of a link as one shape in the link's frame; without parts if it has none. With `moves`, for
 // a movable body, each object of a mesh file becomes the convex hull of its points, or of those of its parts

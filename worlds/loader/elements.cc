@@ -177,7 +177,7 @@ void count_unused(const Element& element, Notices& notices) {
   const Element& parent = *element.Parent()->ToElement();
   const char* where = xml::is(parent, "gazebo") ? "<gazebo>" : "";
   notices.count(absl::StrCat(where, "<", element.Name(), "> ",
-                             is_no_physics(element.Name()) ? "skipped" : "not simulated"));
+                             is_no_physics(element.Name()) ? fate_of(element.Name()) : "not simulated"));
 }
 
 // Settings of many kinds, none of them unknown. Those that are read are for a link.

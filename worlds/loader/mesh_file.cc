@@ -7,6 +7,7 @@
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
+#include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
@@ -54,6 +55,15 @@ class FilesBeside final : public Assimp::DefaultIOSystem {
 // What assimp calls a node of COLLADA that has no name.
 constexpr absl::string_view kNoName = "$ColladaAutoName$";
 
+std::optional<std::uint32_t> colour_of(const aiMaterial& material) {
+  aiColor3D diffuse;
+  if (material.Get(AI_MATKEY_COLOR_DIFFUSE, diffuse) != AI_SUCCESS) return std::nullopt;
+  const auto byte = [](float share) {
+    return share > 0 ? static_cast<std::uint32_t>(std::lround(255 * std::min(share, 1.0F))) : 0U;
+  };
+  return byte(diffuse.r) << 16 | byte(diffuse.g) << 8 | byte(diffuse.b);
+}
+
 // The meshes of a node and of all below it, in the file's order, in the axes of the root. `above`: the name
 // of the nearest node above that has one.
 void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, const std::string& above,
@@ -66,6 +76,7 @@ void collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent
     SubMesh part;
     part.geometry = mesh.mName.C_Str();
     part.name = name.empty() ? part.geometry : name;
+    part.colour = colour_of(*scene.mMaterials[mesh.mMaterialIndex]);
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       const aiVector3D vertex = transform * mesh.mVertices[v];
       part.vertices.emplace_back(vertex.x, vertex.y, vertex.z);
@@ -147,10 +158,9 @@ absl::StatusOr<std::vector<SubMesh>> read_mesh_file(const std::filesystem::path&
   // Like Gazebo, ignore the up axis of a Collada file: worlds rely on that.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_USE_COLLADA_NAMES, true);  // not ids
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
-                                                          aiComponent_COLORS |
-                                                          aiComponent_TANGENTS_AND_BITANGENTS |
-                                                          aiComponent_MATERIALS | aiComponent_TEXTURES);
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
+                              aiComponent_NORMALS | aiComponent_TEXCOORDS | aiComponent_COLORS |
+                                  aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_TEXTURES);
   const aiScene* scene = importer.ReadFile(
       file.string(), aiProcess_Triangulate | aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices);
   if (scene == nullptr || scene->mRootNode == nullptr) {

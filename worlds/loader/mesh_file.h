@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct SubMesh {
   std::string name;      // of the nearest node that has one
   std::string geometry;  // its own
   std::vector<Eigen::Vector3d> vertices;
-  std::vector<std::uint32_t> indices;  // three per triangle
+  std::vector<std::uint32_t> indices;   // three per triangle
+  std::optional<std::uint32_t> colour;  // of its material: 0xRRGGBB
 };
 
 // The objects of a file in its order. NOT_FOUND if there is no such file; INVALID_ARGUMENT if it has no

@@ -317,6 +317,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, Includ
     if (absl::Status status = repair_inertial(element, notices); !status.ok()) return status;
   }
   if (xml::is(element, "link")) {
+    if (shapes_ == ShapeSource::kVisuals) show_visuals(element, directory, notices);
     rename_collisions(element, notices);
     keep_auto_inertia(element);
     if (absl::Status status = keep_surface_motion(element); !status.ok()) return status;
@@ -342,7 +343,7 @@ absl::Status ModelSources::clean(Element& element, const path& directory, Includ
     Element* const next = child->NextSiblingElement();
     absl::Status status;
     if (is_no_physics(child->Name())) {
-      notices.count(absl::StrCat("<", child->Name(), "> skipped"));
+      notices.count(absl::StrCat("<", child->Name(), "> ", fate_of(child->Name())));
       element.DeleteChild(child);
     } else if (xml::is(*child, "collision") && !has_known_geometry(*child, notices)) {
       element.DeleteChild(child);
@@ -475,7 +476,7 @@ absl::Status ModelSources::fill(Element& model, const std::string& version, cons
 
 absl::Status ModelSources::read_file(const Element& include, IncludedFile& entry, Notices& notices) {
   if (xml::is(entry.file->root(), "robot")) {
-    absl::StatusOr<std::unique_ptr<xml::File>> converted = urdf_to_sdf(*entry.file, notices);
+    absl::StatusOr<std::unique_ptr<xml::File>> converted = urdf_to_sdf(*entry.file, shapes_, notices);
     if (!converted.ok()) return converted.status();
     entry.file = *std::move(converted);
   }

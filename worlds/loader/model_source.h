@@ -14,6 +14,7 @@
 #include "lpss/model/program.h"
 #include "worlds/loader/collision_shape.h"
 #include "worlds/loader/notices.h"
+#include "worlds/loader/visuals.h"
 #include "worlds/loader/xml.h"
 
 namespace tessera {
@@ -39,7 +40,7 @@ struct ModelSource {
 
 class ModelSources {
  public:
-  explicit ModelSources(MeshLibrary& meshes) : meshes_(meshes) {}
+  ModelSources(MeshLibrary& meshes, ShapeSource shapes) : meshes_(meshes), shapes_(shapes) {}
 
   // Prepares a <model> of a file in `directory`, in place. `version` is that of its file.
   // Errors name file, line and element: INVALID_ARGUMENT for invalid or out-of-bounds numbers, unknown
@@ -94,6 +95,7 @@ class ModelSources {
   absl::Status take_mesh(xml::Element& mesh, const std::filesystem::path& directory, Notices& notices);
 
   MeshLibrary& meshes_;
+  const ShapeSource shapes_;
   ProgramModules modules_;
   absl::flat_hash_map<std::string, std::unique_ptr<IncludedFile>> files_;  // by canonical path
   std::vector<std::unique_ptr<xml::File>> converted_;                      // documents that sources live in

@@ -31,8 +31,8 @@ Pose to_pose(const ignition::math::Pose3d& pose) {
 
 class Reader {
  public:
-  Reader(ShapeTable& shapes, MeshLibrary& meshes, bool measures, ModelTemplate& result)
-      : shapes_(shapes), meshes_(meshes), measures_(measures), result_(result) {}
+  Reader(ShapeTable& shapes, MeshLibrary& meshes, ShapeSource source, bool measures, ModelTemplate& result)
+      : shapes_(shapes), meshes_(meshes), source_(source), measures_(measures), result_(result) {}
 
   absl::Status read(const sdf::Model& model, const std::set<std::string>& held) {
     self_collide_ = model.SelfCollide();
@@ -206,8 +206,14 @@ class Reader {
     const std::vector<PartMaterial> materials = materials_of(
         link, [&](const std::string& frame) { return turn_in_link(frame, model, link, is_static); },
         result_.notices);
-    absl::StatusOr<Shape> shape = shape_of(link, moves, materials, meshes_, result_.notices);
+    const bool is_simulated = source_ == ShapeSource::kCollisions;
+    absl::StatusOr<Shape> shape = shape_of(link, moves && is_simulated, materials, meshes_, result_.notices);
     if (!shape.ok()) return shape.status();
+    if (!is_simulated) {
+      absl::StatusOr<Look> look = look_of(link, meshes_, result_.notices);
+      if (!look.ok()) return look.status();
+      if (!look->shape.parts.empty()) entry.look = std::make_shared<const Look>(*std::move(look));
+    }
     set_surface(link, materials, properties);
     if (shape->parts.empty()) {
       if (!jointed_.contains(name)) {
@@ -228,12 +234,12 @@ class Reader {
     find_value(link.Element(), {"gravity"}, properties.gravity);
     find_value(link.Element(), {"velocity_decay", "linear"}, properties.linear_damping);
     find_value(link.Element(), {"velocity_decay", "angular"}, properties.angular_damping);
-    if (moves) {
+    if (moves && is_simulated) {
       if (absl::Status status = read_inertia(link, properties); !status.ok()) return status;
     }
     entry.programs = programs_of(link);
     entry.feels_wind = model.EnableWind() || link.EnableWind();
-    if (measures_ && moves) entry.displaced = displacement_of_collisions(link, meshes_);
+    if (measures_ && moves && is_simulated) entry.displaced = displacement_of_collisions(link, meshes_);
     if (!moves) {
       const auto of_systems = std::erase_if(entry.programs, std::mem_fn(&ProgramTemplate::is_of_system));
       if (of_systems > 0)
@@ -335,6 +341,7 @@ class Reader {
 
   ShapeTable& shapes_;
   MeshLibrary& meshes_;
+  const ShapeSource source_;
   const bool measures_;
   ModelTemplate& result_;
   bool self_collide_ = false;
@@ -357,7 +364,7 @@ absl::StatusOr<const ModelTemplate*> ModelTemplates::get(const std::string& xml,
   sdf::Root root;
   if (absl::Status status = parse_sdf(xml, root, result->notices); !status.ok()) return status;
   if (root.Model() == nullptr) return absl::InvalidArgumentError("there is no model");
-  absl::Status status = Reader(shapes_, meshes_, measures_, *result).read(*root.Model(), held);
+  absl::Status status = Reader(shapes_, meshes_, source_, measures_, *result).read(*root.Model(), held);
   if (!status.ok()) return status;
   entry = std::move(result);
   return entry.get();

@@ -19,6 +19,7 @@
 #include "worlds/loader/notices.h"
 #include "worlds/loader/program_reader.h"
 #include "worlds/loader/shape_table.h"
+#include "worlds/loader/visuals.h"
 
 namespace tessera {
 
@@ -28,6 +29,7 @@ struct LinkTemplate {
   BodyProperties properties;  // assembly: 1 for the links that do not collide with each other
   std::vector<ProgramTemplate> programs = {};
   bool feels_wind = false;
+  std::shared_ptr<const Look> look = {};       // null: it has none, or none is asked for
   std::optional<Displacement> displaced = {};  // where there is water
 };
 
@@ -61,7 +63,8 @@ struct ModelTemplate {
 
 class ModelTemplates {
  public:
-  ModelTemplates(ShapeTable& shapes, MeshLibrary& meshes) : shapes_(shapes), meshes_(meshes) {}
+  ModelTemplates(ShapeTable& shapes, MeshLibrary& meshes, ShapeSource source)
+      : shapes_(shapes), meshes_(meshes), source_(source) {}
 
   // `xml` is one whole document <sdf version=".."><model name="..">..</model></sdf> without includes, its
   // mesh URIs being paths. `held` are the links that joints of the world hold ("__model__": the canonical
@@ -75,6 +78,7 @@ class ModelTemplates {
  private:
   ShapeTable& shapes_;
   MeshLibrary& meshes_;
+  const ShapeSource source_;
   bool measures_ = false;
   absl::flat_hash_map<std::string, std::unique_ptr<ModelTemplate>> templates_;
 };

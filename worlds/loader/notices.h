@@ -16,7 +16,7 @@ namespace tessera {
 
 class Notices {
  public:
-  // `kind` continues after the number: "<visual> skipped".
+  // `kind` continues after the number: "<light> skipped".
   void count(const std::string& kind, std::size_t times = 1) { kinds_[kind] += times; }
   // A fault of the file that was mended, or passed over: "mass of 0 kg, raised". `where` is the first place.
   void count_repair(const std::string& kind, const std::string& where);

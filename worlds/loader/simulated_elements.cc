@@ -79,6 +79,10 @@ constexpr std::array<absl::string_view, 12> kNoPhysics = {
 
 bool is_no_physics(absl::string_view name) { return std::ranges::find(kNoPhysics, name) != kNoPhysics.end(); }
 
+absl::string_view fate_of(absl::string_view name) {
+  return name == "visual" ? "for the web UI alone" : "skipped";
+}
+
 bool is_simulated(absl::string_view parent, absl::string_view name) {
   return name == "pose" ||
          std::ranges::find(kSimulated, absl::string_view(absl::StrCat(parent, "/", name))) !=

@@ -178,7 +178,9 @@ void hide_capsules(Element& robot) {
       Element* capsule = geometry == nullptr ? nullptr : geometry->FirstChildElement("capsule");
       if (capsule == nullptr) continue;
       capsule->SetName("cylinder");
-      collision->SetAttribute("name", absl::StrCat(kCapsule, number++).c_str());
+      const char* const name = collision->Attribute("name");
+      collision->SetAttribute("name",
+                              absl::StrCat(kCapsule, number++, "_", name == nullptr ? "" : name).c_str());
     }
   }
 }
@@ -363,7 +365,8 @@ void restore_fixed_links(Element& model, std::vector<FixedLink> lost) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices& notices) {
+absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, ShapeSource shapes,
+                                                       Notices& notices) {
   Element& robot = file.root();
   if (const char* name = robot.Attribute("name"); name == nullptr || *name == '\0') {
     notices.count_repair("robot without name, called robot", xml::place_of(robot));
@@ -371,6 +374,11 @@ absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices&
   }
   note_materials(robot, notices);
   const gazebo::UrdfExtras extras(robot, notices);
+  if (shapes == ShapeSource::kVisuals) {
+    for (Element* link = robot.FirstChildElement("link"); link != nullptr;
+         link = link->NextSiblingElement("link"))
+      show_visuals(*link, file.directory(), notices);
+  }
   remove_unread(robot, notices);
   rename_joints(robot, notices);
   complete(robot, notices);

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "worlds/loader/notices.h"
+#include "worlds/loader/visuals.h"
 #include "worlds/loader/xml.h"
 
 namespace tessera {
@@ -14,6 +15,6 @@ namespace tessera {
 // libsdformat. Three conventions of robots written for Bullet are supported: a root link of mass 0 is
 // fixed to the world, a joint of type `spherical` is a ball joint, and there are capsules.
 // INVALID_ARGUMENT for other links without mass, and for errors of libsdformat.
-absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, Notices& notices);
+absl::StatusOr<std::unique_ptr<xml::File>> urdf_to_sdf(xml::File& file, ShapeSource shapes, Notices& notices);
 
 }  // namespace tessera

@@ -17,20 +17,24 @@
 namespace tessera {
 namespace {
 
+// libsdformat and assimp throw on unexpected input.
+absl::StatusOr<WorldDescription> read(xml::File& file, Notices& notices, Looks* looks = nullptr) {
+  try {
+    return read_world(file, notices, looks);
+  } catch (const std::exception& error) {
+    return absl::InvalidArgumentError(absl::StrCat(file.name(), ": ", error.what()));
+  }
+}
+
 absl::StatusOr<LoadedWorld> load(xml::File& file, Faults faults) {
   Notices notices;
   LoadedWorld result;
   const WorldFolder folder(file.directory());
-  // libsdformat and assimp throw on unexpected input.
-  try {
-    absl::StatusOr<WorldDescription> world = read_world(file, notices);
-    // What is wrong else may follow from what is missing.
-    if (absl::Status status = notices.missing_files(); !status.ok()) return status;
-    if (!world.ok()) return world.status();
-    result.world = *std::move(world);
-  } catch (const std::exception& error) {
-    return absl::InvalidArgumentError(absl::StrCat(file.name(), ": ", error.what()));
-  }
+  absl::StatusOr<WorldDescription> world = read(file, notices);
+  // What is wrong else may follow from what is missing.
+  if (absl::Status status = notices.missing_files(); !status.ok()) return status;
+  if (!world.ok()) return world.status();
+  result.world = *std::move(world);
   if (absl::Status status = validate(result.world); !status.ok()) {
     return absl::Status(status.code(), absl::StrCat(file.name(), ": ", status.message()));
   }
@@ -48,6 +52,18 @@ absl::StatusOr<LoadedWorld> load(xml::File& file, Faults faults) {
 }
 
 }  // namespace
+
+absl::StatusOr<Looks> load_looks(const std::filesystem::path& path) {
+  absl::StatusOr<std::unique_ptr<xml::File>> file = xml::File::read(path);
+  if (!file.ok()) return file.status();
+  const WorldFolder folder((*file)->directory());
+  Notices notices;
+  Looks looks;
+  absl::StatusOr<WorldDescription> world = read(**file, notices, &looks);
+  if (!world.ok()) return world.status();
+  looks.world = std::move(world->name);
+  return looks;
+}
 
 absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file, Faults faults) {
   absl::StatusOr<std::unique_ptr<xml::File>> xml = xml::File::read(file);

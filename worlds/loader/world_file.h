@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "lpss/model/world_description.h"
+#include "worlds/loader/look.h"
 
 namespace tessera {
 
@@ -43,5 +44,10 @@ absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file,
 absl::StatusOr<LoadedWorld> load_world_string(const std::string& xml,
                                               const std::filesystem::path& base_directory,
                                               Faults faults = Faults::kRepair);
+
+// What the bodies of a world file look like, by its visuals, for whoever shows it: shapes, meshes with the
+// colours of their materials, and the colours of the file. Textures are not read. Errors as above; visuals
+// whose meshes are not there are left out.
+absl::StatusOr<Looks> load_looks(const std::filesystem::path& file);
 
 }  // namespace tessera

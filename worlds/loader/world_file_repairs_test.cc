@@ -408,7 +408,7 @@ TEST(NotSimulated, ExtensionsOfUrdfByTheirOwnNames) {
                  "<transmission/>"));
   EXPECT_THAT(loaded.notices,
               AllOf(Contains("1 x <gazebo><kp> not simulated"), Contains("1 x <gazebo><mu1> not simulated"),
-                    Contains("1 x <visual> skipped"), Contains("1 x <plugin> skipped"),
+                    Contains("1 x <visual> for the web UI alone"), Contains("1 x <plugin> skipped"),
                     Contains("1 x <transmission> not simulated")));
 }
 

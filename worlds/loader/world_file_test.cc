@@ -417,7 +417,7 @@ TEST(NoticeLines, CountByKind) {
   EXPECT_THAT(
       loaded.notices,
       ElementsAre("1 x <light> skipped", "2 x <plugin> f skipped", "1 x <scene> skipped",
-                  "1 x <sensor> imu is the program imu", "3 x <visual> skipped",
+                  "1 x <sensor> imu is the program imu", "3 x <visual> for the web UI alone",
                   "1 x collision with the geometry <boks>, which is not supported, skipped; the nearest "
                   "known is <box>",
                   "1 x collision with the geometry <torus>, which is not supported, skipped",

@@ -14,7 +14,6 @@
 #include <string>
 #include <utility>
 
-#include "lpss/model/validate.h"
 #include "worlds/gazebo/detachable.h"
 #include "worlds/gazebo/fluids.h"
 #include "worlds/gazebo/systems.h"
@@ -27,6 +26,7 @@
 #include "worlds/loader/tessera_elements.h"
 #include "worlds/loader/urdf.h"
 #include "worlds/loader/world_joint.h"
+#include "worlds/loader/world_settings.h"
 
 namespace tessera {
 namespace {
@@ -53,14 +53,17 @@ struct Placed {
 
 class WorldReader {
  public:
-  WorldReader(xml::File& file, Notices& notices)
-      : file_(file), notices_(notices), sources_(meshes_), templates_(shapes_, meshes_) {}
+  WorldReader(xml::File& file, Notices& notices, Looks* looks)
+      : file_(file),
+        notices_(notices),
+        looks_(looks),
+        source_(looks == nullptr ? ShapeSource::kCollisions : ShapeSource::kVisuals),
+        sources_(meshes_, source_),
+        templates_(shapes_, meshes_, source_) {}
 
   absl::StatusOr<WorldDescription> read();
 
  private:
-  absl::Status read_world_settings(const Element& world);
-  absl::Status read_physics(const Element& physics);
   void collect_held(const Element& parent);
   absl::Status read_scope(Element& parent, const WorldPose& scope);
   absl::Status read_element(Element& element, const WorldPose& scope, bool in_site);
@@ -81,6 +84,8 @@ class WorldReader {
 
   xml::File& file_;
   Notices& notices_;
+  Looks* const looks_;
+  const ShapeSource source_;
   WorldDescription world_;
   std::string version_;
   ShapeTable shapes_;
@@ -132,7 +137,7 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
   std::unique_ptr<xml::File> converted;
   Element* root = &file_.root();
   if (xml::is(*root, "robot")) {
-    absl::StatusOr<std::unique_ptr<xml::File>> sdf = urdf_to_sdf(file_, notices_);
+    absl::StatusOr<std::unique_ptr<xml::File>> sdf = urdf_to_sdf(file_, source_, notices_);
     if (!sdf.ok()) return sdf.status();
     converted = *std::move(sdf);
     root = &converted->root();
@@ -156,7 +161,8 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
       if (other != world) notices_.count(absl::StrCat("<", other->Name(), "> beside the <world>, skipped"));
     }
     if (const char* name = world->Attribute("name")) world_.name = name;
-    if (absl::Status status = read_world_settings(*world); !status.ok()) return status;
+    if (absl::Status status = read_world_settings(*world, world_.settings, notices_); !status.ok())
+      return status;
   }
   gazebo::take_detachable_joints(*world, notices_);
   for (const Element* child = world->FirstChildElement(); child != nullptr;
@@ -192,54 +198,6 @@ void WorldReader::note_materials() {
         "shape whose collisions differ in their surface: with the seams `clone`, the first one's counts for "
         "all");
   }
-}
-
-absl::Status WorldReader::read_world_settings(const Element& world) {
-  if (const Element* gravity = world.FirstChildElement("gravity")) {
-    const absl::StatusOr<Eigen::Vector3d> value = xml::vector_in(*gravity, xml::text_of(*gravity));
-    if (!value.ok()) return value.status();
-    world_.settings.gravity = UniformGravity{*value};
-  }
-  const Element* physics = world.FirstChildElement("physics");
-  for (const Element* other = physics; other != nullptr; other = other->NextSiblingElement("physics")) {
-    if (other->BoolAttribute("default", false)) physics = other;
-    if (other->NextSiblingElement("physics") != nullptr)
-      notices_.count("<physics> beside the default one, skipped");
-  }
-  if (physics != nullptr) {
-    if (absl::Status status = read_physics(*physics); !status.ok()) return status;
-  }
-  if (const Element* settings = world.FirstChildElement("tessera:settings")) {
-    if (absl::Status status = read_settings(*settings, world_.settings); !status.ok()) return status;
-  }
-  // From here on every position is converted to sectors, so L must be valid.
-  if (absl::Status status = validate(world_.settings); !status.ok()) return at(world, status);
-  if (const Element* planet = world.FirstChildElement("tessera:central_gravity")) {
-    absl::StatusOr<CentralGravity> gravity = read_central_gravity(*planet, world_.settings.sector_size);
-    if (!gravity.ok()) return gravity.status();
-    world_.settings.gravity = *gravity;
-    if (absl::Status status = validate(world_.settings); !status.ok()) return at(*planet, status);
-  }
-  return absl::OkStatus();
-}
-
-absl::Status WorldReader::read_physics(const Element& physics) {
-  for (const Element* child = physics.FirstChildElement(); child != nullptr;
-       child = child->NextSiblingElement()) {
-    note_unread(*child, notices_);
-  }
-  if (const Element* step = physics.FirstChildElement("max_step_size")) {
-    const absl::StatusOr<double> value = xml::number_of(*step);
-    if (!value.ok()) return value.status();
-    world_.settings.time_step = *value;
-  }
-  // Before SDF 1.6 the gravity was in this element.
-  if (const Element* gravity = physics.FirstChildElement("gravity")) {
-    const absl::StatusOr<Eigen::Vector3d> value = xml::vector_in(*gravity, xml::text_of(*gravity));
-    if (!value.ok()) return value.status();
-    world_.settings.gravity = UniformGravity{*value};
-  }
-  return absl::OkStatus();
 }
 
 void WorldReader::collect_held(const Element& parent) {
@@ -528,6 +486,7 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
         centre + metres_between({}, body.pose.position.sector, world_.settings.sector_size);
     programs_.add(link.programs, *placed.element, world_.bodies.size(), start, body);
     fluids_.surround(link.displaced, link.feels_wind, start, body, notices_);
+    if (link.look) looks_->bodies.emplace(body.name, link.look);
     world_.bodies.push_back(std::move(body));
   }
   return absl::OkStatus();
@@ -608,8 +567,8 @@ absl::Status WorldReader::add_world_joint(Placed& placed) {
 
 }  // namespace
 
-absl::StatusOr<WorldDescription> read_world(xml::File& file, Notices& notices) {
-  return WorldReader(file, notices).read();
+absl::StatusOr<WorldDescription> read_world(xml::File& file, Notices& notices, Looks* looks) {
+  return WorldReader(file, notices, looks).read();
 }
 
 }  // namespace tessera

@@ -115,12 +115,12 @@ class Batch {
   }
 }
 
-export function meshBatch({make, isBox}, level) {
+export function meshBatch({make, isBox, hasColours}, level) {
   const shape = make(level);
   const geometry = new InstancedBufferGeometry();
   for (const [name, attribute] of Object.entries(shape.attributes)) geometry.setAttribute(name, attribute);
   geometry.setIndex(shape.index);
-  const mesh = new Mesh(geometry, bodyMaterial(isBox));
+  const mesh = new Mesh(geometry, bodyMaterial(isBox, hasColours));
   mesh.customDepthMaterial = shadowMaterial();
   return new Batch(mesh, InstancedBufferAttribute);
 }

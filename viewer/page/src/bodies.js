@@ -5,14 +5,15 @@ import {Group, Mesh, Quaternion, Raycaster, Vector3} from 'three';
 import {meshBatch, pointBatch} from './batch.js';
 import {uniforms} from './body_material.js';
 import {colourOf} from './colours.js';
-import {drawnAs, kPointLevel, levelFor, meanRadiusOf, radiusOf} from './geometry.js';
+import {drawnAs, kPointLevel, levelFor, meanColourOf, meanRadiusOf, radiusOf} from './geometry.js';
 import {between, fromJson, moved, toJson} from './position.js';
 
 export const kPointPixels = 5;  // bodies of a smaller radius are drawn as points
 
 export class Bodies {
   #known = new Map();   // id -> description from the server
-  #shapes = new Map();  // shape id -> {parts, drawn, radius, pointRadius}
+  #shapes = new Map();  // shape id -> {parts, drawn, radius, pointRadius, colour}
+  #looks = new Map();   // look id -> likewise: what is drawn of a body in the place of its shape
   #batches = new Map();  // by geometry and level of detail
   #forms = new Map();  // geometries by key, for drawing a body a second time
   #shown = new Map();  // id -> {batch, slot, shape, level, info, speed, server, isAsleep}
@@ -40,6 +41,7 @@ export class Bodies {
   get mode() { return this.#mode; }
   set mode(mode) {
     this.#mode = mode;
+    uniforms.uLooks.value = mode === 'look' ? 1 : 0;
     for (const [id, body] of this.#shown) this.#paint(id, body);
   }
   set selected(id) {
@@ -56,19 +58,24 @@ export class Bodies {
     for (const batch of this.#batches.values()) this.group.remove(batch.object);
     this.#known.clear();
     this.#shapes.clear();
+    this.#looks.clear();
     this.#batches.clear();
     this.#forms.clear();
     this.#moved.clear();
   }
 
-  introduce({bodies, shapes}) {
-    for (const [id, parts] of Object.entries(shapes)) {
-      const drawn = drawnAs(id, parts);
-      const form = this.#form(drawn);
-      const [radius, pointRadius] = [radiusOf(form, drawn.size), meanRadiusOf(form, drawn.size)];
-      this.#shapes.set(Number(id), {parts, drawn, radius, pointRadius});
-    }
+  introduce({bodies, shapes, looks = {}}) {
+    for (const [id, parts] of Object.entries(shapes)) this.#shapes.set(Number(id), this.#formed(`shape ${id}`, parts));
+    for (const [id, parts] of Object.entries(looks)) this.#looks.set(Number(id), this.#formed(`look ${id}`, parts));
     for (const body of bodies) this.#known.set(body.id, body);
+  }
+  get hasLooks() { return this.#looks.size > 0; }
+
+  #formed(name, parts) {
+    const drawn = drawnAs(name, parts);
+    const form = this.#form(drawn);
+    const [radius, pointRadius] = [radiusOf(form, drawn.size), meanRadiusOf(form, drawn.size)];
+    return {parts, drawn, radius, pointRadius, colour: meanColourOf(parts)};
   }
 
   // The positions of a key frame are relative to `view`.
@@ -111,7 +118,9 @@ export class Bodies {
       const distance =
           Math.hypot(position1[at] - eye.x, position1[at + 1] - eye.y, position1[at + 2] - eye.z);
       const level = levelFor(drawn, pixels * radius / Math.max(distance, radius), this.pointPixels);
-      if (level !== body.level) this.#draw(id, body, level);
+      if (level === body.level) continue;
+      this.#draw(id, body, level);
+      if (body.shape.colour) this.#paint(id, body);  // a point has the mean of its colours
     }
     for (const batch of this.#batches.values()) batch.flush();
   }
@@ -140,9 +149,10 @@ export class Bodies {
 
   #add(id) {
     const info = this.#known.get(id);
-    const shape = info && this.#shapes.get(info.shape);
-    if (!shape) return null;
-    const body = {shape, info, speed: 0, server: 0, isAsleep: false};
+    const form = info && this.#shapes.get(info.shape);
+    if (!form) return null;
+    const shape = this.#looks.get(info.look) ?? form;
+    const body = {shape, parts: form.parts, info, speed: 0, server: 0, isAsleep: false};
     this.#draw(id, body, info.motion === 'static' ? 0 : kPointLevel);
     this.#shown.set(id, body);
     return body;
@@ -196,13 +206,17 @@ export class Bodies {
     const low = this.view.low;
     const sector =
         this.#mode === 'sector' ? this.#sectorOffset(body).map((offset, axis) => offset + low[axis]) : null;
-    const [r, g, b] = colourOf(this.#mode, {isStatic, server, sector, speed, isAsleep});
     const share = id === this.#selected ? 0.65 : 0;
-    const {batch, slot} = body;
+    const {batch, slot, level, shape: {colour}} = body;
+    // Where a look has colours of its own, what is left to say is how far it is lit up.
+    const isLook = this.#mode === 'look' && colour !== null;
+    const [r, g, b] = !isLook ? colourOf(this.#mode, {isStatic, server, sector, speed, isAsleep}) :
+        level === kPointLevel ? colour :
+                                [0, 0, 0];
     batch.tint[4 * slot] = r + (255 - r) * share;
     batch.tint[4 * slot + 1] = g + (255 - g) * share;
     batch.tint[4 * slot + 2] = b + (255 - b) * share;
-    batch.tint[4 * slot + 3] = isStatic ? 255 : 0;
+    batch.tint[4 * slot + 3] = isStatic && !isLook ? 255 : 0;
     batch.touch('tint');
   }
 
@@ -211,7 +225,7 @@ export class Bodies {
   look(id) {
     const body = this.#shown.get(id);
     if (!body) return null;
-    const {batch, slot, shape: {parts}, info, speed, server, isAsleep} = body;
+    const {batch, slot, parts, info, speed, server, isAsleep} = body;
     const local = [...batch.position1.subarray(3 * slot, 3 * slot + 3)];
     const orientation = [...batch.rotation1.subarray(4 * slot, 4 * slot + 4)];
     return {

@@ -6,6 +6,7 @@ export const uniforms = {
   uBlend: {value: 1},  // from the previous pose (0) to the latest (1)
   uSectorSize: {value: 128},
   uHeight: {value: 800},  // of the picture, in pixels
+  uLooks: {value: 0},     // 1: bodies that have colours of their own show them
 };
 
 export const kShadowMapSize = 2048;  // pixels
@@ -73,31 +74,38 @@ const kEdges = `
   diffuseColor.rgb *= 1.0 - 0.45 * edge * isNear;
 `;
 
-function adapt(material, isBox) {
+// The tint of a body in its own colours is how far it is lit up.
+const kOwnColours = 'if (uLooks > 0.5) diffuseColor.rgb = mix(vColour * vColour, vec3(1.0), vTint.r);';
+
+function adapt(material, isBox, hasColours) {
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader =
-        shader.vertexShader.replace('#include <common>', `#include <common>\n${kVertexHead}`)
+        shader.vertexShader.replace('#include <common>', `#include <common>\n${kVertexHead}${
+                hasColours ? 'attribute vec3 colour; varying vec3 vColour;' : ''}`)
             .replace('#include <beginnormal_vertex>', `
         vec4 rotation = rotationNow();
         vec3 objectNormal = turned(rotation, normalize(normal / size));`)
             .replace('#include <begin_vertex>', `
         vLocal = position * size;
         vec3 transformed = turned(rotation, vLocal) + placeNow();
-        vTint = tint.rgb; vGround = tint.a; vSize = size; vPlace = transformed; vFacing = objectNormal;`);
+        vTint = tint.rgb; vGround = tint.a; vSize = size; vPlace = transformed; vFacing = objectNormal;
+        ${hasColours ? 'vColour = colour;' : ''}`);
     shader.fragmentShader =
-        shader.fragmentShader.replace('#include <common>', `#include <common>\n${kFragmentHead}`)
+        shader.fragmentShader.replace('#include <common>', `#include <common>\n${kFragmentHead}${
+                hasColours ? 'uniform float uLooks; varying vec3 vColour;' : ''}`)
             .replace('#include <color_fragment>', `
         diffuseColor.rgb = vTint * vTint;
+        ${hasColours ? kOwnColours : ''}
         ${isBox ? kEdges : ''}
         vec3 dark = diffuseColor.rgb * 0.42;
         if (vGround > 0.5) diffuseColor.rgb = mix(dark, vec3(0.32, 0.42, 0.52), ground());`);
   };
-  material.customProgramCacheKey = () => `body ${isBox}`;
+  material.customProgramCacheKey = () => `body ${isBox} ${hasColours}`;
   return material;
 }
 
-export const bodyMaterial = (isBox) => adapt(new MeshLambertMaterial(), isBox);
+export const bodyMaterial = (isBox, hasColours) => adapt(new MeshLambertMaterial(), isBox, hasColours);
 
 export function pointMaterial() {
   const material = new MeshLambertMaterial();

@@ -6,6 +6,7 @@ export const kServerColours = [
 const kSectorColours =
     ['#6ea8fe', '#f2a65a', '#7ccf9a', '#d58bd6', '#e3c567', '#6fc7d6', '#e58080', '#a99cf0'];
 const kStatic = '#4b5560';
+const kPlain = '#a4afba';  // of what has no look, among what has one
 const kAwake = '#63d2b8';
 const kAsleep = '#56657a';
 const kSpeeds =
@@ -18,6 +19,7 @@ const servers = kServerColours.map(parse);
 const sectors = kSectorColours.map(parse);
 const speeds = kSpeeds.map(([speed, hex]) => [speed, parse(hex)]);
 const still = parse(kStatic);
+const plain = parse(kPlain);
 const awake = parse(kAwake);
 const asleep = parse(kAsleep);
 const dim = parse('#39424e');
@@ -45,6 +47,8 @@ export function colourOf(mode, {isStatic, server, sector, speed, isAsleep}) {
       return bySpeed(speed);
     case 'sleep':
       return isAsleep ? asleep : awake;
+    case 'look':
+      return plain;
     default: {
       const colour = servers[server % servers.length];
       return isAsleep ? mix(colour, dim, 0.45) : colour;
@@ -56,5 +60,6 @@ export const kLegends = {
   server: null,  // built from the list of servers
   sector: [['neighbouring sectors', kSectorColours.slice(0, 5)]],
   speed: kSpeeds.map(([speed, hex]) => [`${speed} m/s`, [hex]]),
+  look: [],
   sleep: [['awake', [kAwake]], ['asleep', [kAsleep]]],
 };

@@ -6,7 +6,7 @@ const kTeal = '#63d2b8';
 const kBlue = '#6ea8fe';
 const kAmber = '#e3c567';
 
-function element(tag, text, className) {
+export function element(tag, text, className) {
   const made = document.createElement(tag);
   if (text !== undefined) made.textContent = text;
   if (className) made.className = className;

@@ -7,6 +7,9 @@ import {moved, sectorText} from './position.js';
 const rounded = (x) => Number(x.toPrecision(4));
 const kProgramsEvery = 500;  // ms
 
+const kPlotFirst = 'speed, m/s';
+const kPlottableMax = 64;  // of a program
+
 const kNumbersShown = 16;  // of a program, which may have a thousand
 
 // What is shown of the programs of a body: a row each, by their names, or else by their kinds.
@@ -21,15 +24,27 @@ export function programFacts(programs) {
      fault ? `stopped: ${fault}` : [text(inputs), text(values)].filter(Boolean).join('; ')]);
 }
 
+// What can be plotted of a body: its speed, and the numbers of its programs, each by a name.
+export function plottable({speed}, programs) {
+  const found = new Map([['speed, m/s', speed]]);
+  for (const {kind, name, inputs, values} of programs) {
+    for (const [number, value] of [...Object.entries(inputs), ...Object.entries(values)].slice(0, kPlottableMax))
+      found.set(`${name || kind}: ${number}`, value);
+  }
+  return found;
+}
+
 export class Details {
   #plot = null;
+  #plotted = kPlotFirst;  // of plottable()
   #shown = null;  // {body} or {sector}
   #programs = [];
   #askedPrograms = 0;  // ms
 
-  // `programsOf(id)` promises the programs of a body.
-  constructor({panel, name, facts, plot, actions, bodies, programsOf}) {
-    Object.assign(this, {panel, name, facts, plotPlace: plot, actions, bodies, programsOf});
+  // `programsOf(id)` promises the programs of a body; `onRays` is told of rays of its sensors (SensorRays.show()).
+  constructor({panel, name, facts, plot, choice, actions, bodies, programsOf, onRays}) {
+    Object.assign(this, {panel, name, facts, plotPlace: plot, choice, actions, bodies, programsOf, onRays});
+    choice.onchange = () => this.#plotNumber(choice.value);
   }
 
   // An array of three BigInt, or null.
@@ -42,7 +57,8 @@ export class Details {
   }
 
   showBody(id) {
-    this.#begin({body: id}, 'speed', 'm/s', [{name: 'speed', colour: '#63d2b8'}]);
+    this.#begin({body: id});
+    this.#plotNumber(kPlotFirst);
   }
 
   showSector(sector) {
@@ -56,10 +72,25 @@ export class Details {
     this.#shown = shown;
     this.#programs = [];
     this.#askedPrograms = 0;
+    this.onRays([]);
     this.panel.hidden = shown === null;
     this.plotPlace.replaceChildren();
-    this.#plot = shown ? new Plot(this.plotPlace, title, unit, lines) : null;
-    this.actions.hidden = shown?.body === undefined;
+    this.#plot = lines ? new Plot(this.plotPlace, title, unit, lines) : null;
+    this.actions.hidden = this.choice.hidden = shown?.body === undefined;
+    this.choice.replaceChildren();
+  }
+
+  #plotNumber(name) {
+    this.#plotted = name;
+    this.plotPlace.replaceChildren();
+    this.#plot = new Plot(this.plotPlace, name, '', [{name, colour: '#63d2b8'}]);
+  }
+
+  #refreshChoice(names) {
+    if (names.length === this.choice.options.length) return;
+    this.choice.replaceChildren(...names.map((name) => new Option(name)));
+    this.choice.value = this.#plotted;
+    this.choice.hidden = names.length < 2;
   }
 
   // Shows the current values.
@@ -90,7 +121,9 @@ export class Details {
       ...(hasServers ? [['server', String(server + 1)]] : []),
       ...programFacts(this.#programs),
     ]);
-    this.#plot.add(speed);
+    const numbers = plottable(body, this.#programs);
+    this.#refreshChoice([...numbers.keys()]);
+    this.#plot.add(numbers.get(this.#plotted) ?? 0);
     if (hasServers && info.motion !== 'static') this.#askPrograms();
   }
 
@@ -102,7 +135,9 @@ export class Details {
     const shown = this.#shown;
     this.programsOf(shown.body)
         .then(({programs}) => {
-          if (this.#shown === shown) this.#programs = programs;
+          if (this.#shown !== shown) return;
+          this.#programs = programs;
+          this.onRays(programs.flatMap(({rays}) => rays));
         })
         .catch(() => {});  // the next time
   }

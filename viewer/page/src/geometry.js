@@ -97,24 +97,39 @@ function placed(part, level) {
       new Matrix4().compose(new Vector3(...part.position), new Quaternion(...part.orientation), one));
   const flat = geometry.index ? geometry.toNonIndexed() : geometry;
   flat.deleteAttribute('uv');
+  if (part.colour !== undefined) {
+    const colours = new Uint8Array(3 * flat.attributes.position.count);
+    colours.forEach((_, n) => colours[n] = bytesOf(part.colour)[n % 3]);
+    flat.setAttribute('colour', new BufferAttribute(colours, 3, true));
+  }
   return flat;
+}
+
+const bytesOf = (colour) => [colour >> 16 & 255, colour >> 8 & 255, colour & 255];
+
+// Of the parts of a look, three bytes; null for those of a shape.
+export function meanColourOf(parts) {
+  if (parts[0].colour === undefined) return null;
+  const colours = parts.map(({colour}) => bytesOf(colour));
+  return [0, 1, 2].map((at) => colours.reduce((sum, colour) => sum + colour[at], 0) / colours.length);
 }
 
 const isRound = ({kind}) => ['sphere', 'ellipsoid', 'cylinder', 'capsule'].includes(kind);
 
-// {key, size, make, levels, isBox} of a shape; bodies with equal keys are drawn together, each with its size.
-// `make` returns the geometry of a level of detail, from 0 (the finest) to `levels` - 1.
-export function drawnAs(id, parts) {
+// {key, size, make, levels, isBox, hasColours} of a shape or look; bodies with equal keys are drawn together,
+// each with its size. `make` returns the geometry of a level of detail, from 0 (the finest) to `levels` - 1.
+export function drawnAs(name, parts) {
   const levels = parts.some(isRound) ? kLevels.length : 1;
-  if (parts.length === 1 && isAtOrigin(parts[0])) {
+  const hasColours = parts[0].colour !== undefined;
+  if (parts.length === 1 && isAtOrigin(parts[0]) && !hasColours) {
     const [unit, size] = sizeOf(parts[0]);
     if (unit) {
       const make = (level = 0) => kUnits[unit](kLevels[level]);
-      return {key: unit, size, make, levels, isBox: unit === 'box'};
+      return {key: unit, size, make, levels, isBox: unit === 'box', hasColours};
     }
   }
   const make = (level = 0) => mergeGeometries(parts.map((part) => placed(part, kLevels[level])));
-  return {key: `shape ${id}`, size: [1, 1, 1], make, levels, isBox: false};
+  return {key: name, size: [1, 1, 1], make, levels, isBox: false, hasColours};
 }
 
 // The level of detail of a body with a radius of `pixels`; bodies smaller than `point` are points.

@@ -8,6 +8,7 @@ import {Connection} from './connection.js';
 import {Dashboard} from './dashboard.js';
 import {Details} from './details.js';
 import {Labels} from './labels.js';
+import {Model} from './model.js';
 import {Player} from './player.js';
 import {number, Plot} from './plot.js';
 import {between, fromJson, moved, parseSector, sectorText, toJson} from './position.js';
@@ -44,6 +45,7 @@ const state = {
   framesPerSecond: 0,
   bytesPerSecond: 0,
   readOnly: false,
+  hasChosenColours: false,
   live: null,  // the camera and colours of the cluster's view, while a recording is shown
 };
 
@@ -117,6 +119,14 @@ function showPlaces() {
   }));
 }
 
+// Of bodies whose names begin with what has been typed so far.
+async function suggestNames() {
+  const text = $('jumpText').value.trim();
+  if (player.isOn || text === '' || parseSector(text)) return;
+  const {names} = await source.ask('names', {text}).catch(() => ({names: []}));
+  $('jumpNames').replaceChildren(...names.map(({name}) => new Option(name)));
+}
+
 async function jump(text) {
   const sector = parseSector(text);
   if (sector) return goTo({sector, local: [0, 0, 0]});
@@ -133,9 +143,26 @@ const details = new Details({
   name: $('detailsName'),
   facts: $('facts'),
   plot: $('history'),
+  choice: $('plotted'),
   actions: $('bodyActions'),
   bodies,
-  programsOf: (id) => source.ask('programs', {body: id})
+  programsOf: (id) => source.ask('programs', {body: id}),
+  onRays: (rays) => {
+    picture.sensorRays.show(rays);
+    redraw();
+  },
+});
+
+const model = new Model({
+  panel: $('model'),
+  name: $('modelName'),
+  filter: $('modelFilter'),
+  bodies: $('modelBodies'),
+  joints: $('modelJoints'),
+  ask: (what, details) => source.ask(what, details),
+  select: (id) => select(id),
+  mayDrive: () => isLive() && !state.readOnly,
+  notify,
 });
 
 function select(id) {
@@ -158,7 +185,12 @@ function selectPlace({sector}) {
   showGrid();
 }
 
-const refreshDetails = () => details.refresh(!player.isOn);
+function refreshDetails() {
+  details.refresh(!player.isOn);
+  const body = player.isOn || state.selected === null ? null : bodies.look(state.selected);
+  if (body || state.selected === null || player.isOn) model.show(body?.info.name ?? null);
+  model.refresh();
+}
 
 function setFollowing(on) {
   state.following = on;
@@ -194,6 +226,7 @@ source.addEventListener('world', ({detail}) => {
   const isOther = state.world !== undefined && state.world !== detail.world;
   state.world = detail.world;
   bodies.clear();
+  offerLooks();
   select(null);
   dashboard.clear();
   state.wantsPlace ||= isOther;
@@ -208,7 +241,11 @@ source.addEventListener('view', ({detail}) => {
   camera.sectorSize = detail.sector_size;
 });
 
-source.addEventListener('bodies', ({detail}) => bodies.introduce(detail));
+source.addEventListener('bodies', ({detail}) => {
+  const hadLooks = bodies.hasLooks;
+  bodies.introduce(detail);
+  if (bodies.hasLooks !== hadLooks) offerLooks();
+});
 
 source.addEventListener('frame', ({detail}) => {
   redraw();
@@ -294,6 +331,13 @@ function colourBy(mode) {
   showLegend();
 }
 
+// A world that has looks is shown in them, until another colouring is chosen.
+function offerLooks() {
+  $('modes').querySelector('[data-mode=look]').hidden = !bodies.hasLooks;
+  if (bodies.hasLooks && !state.hasChosenColours) colourBy('look');
+  if (!bodies.hasLooks && bodies.mode === 'look') colourBy(player.isOn ? 'speed' : 'server');
+}
+
 function showLegend() {
   const servers =
       (state.status?.nodes ?? []).map((_, place) => [`server ${place + 1}`, [serverColour(place)]]);
@@ -351,7 +395,12 @@ $('play').onclick = togglePlay;
 $('step').onclick = () => step(1);
 $('steps').onclick = () => command('step', {ticks: 60});
 for (const button of $('tools').children) button.onclick = () => useTool(button.dataset.tool);
-for (const button of $('modes').children) button.onclick = () => colourBy(button.dataset.mode);
+for (const button of $('modes').children) {
+  button.onclick = () => {
+    state.hasChosenColours = true;
+    colourBy(button.dataset.mode);
+  };
+}
 $('contactsOn').onchange = $('seamsOn').onchange = sendMarks;
 $('gridOn').onchange = () => showGrid();
 $('shadowsOn').checked = picture.shadows;
@@ -364,6 +413,7 @@ $('deselect').onclick = () => select(null);
 $('follow').onclick = () => setFollowing(!state.following);
 $('pushUp').onclick = () => tools.pushUp(state.selected).catch((error) => notify(error.message, true));
 $('remove').onclick = () => command('remove', {body: state.selected}).then(() => select(null));
+$('jumpText').oninput = suggestNames;
 $('jump').onsubmit = (event) => {
   event.preventDefault();
   jump($('jumpText').value).catch((error) => notify(error.message, true));
@@ -469,6 +519,8 @@ function draw(now) {
   drawnAt = performance.now();
   bodies.blend(drawnAt);
   if (picture.seams.object.visible) picture.seams.advance(bodies);
+  const measuring = picture.sensorRays.object.visible ? bodies.look(state.selected) : null;
+  if (measuring) picture.sensorRays.follow(measuring);
   picture.draw(camera, bodies.view, state.looked?.half ?? kHalfMin, frameMs);
   labels.show(labelsNow());
   state.framesDrawn += 1;

@@ -200,6 +200,23 @@ export class Ray {
   }
 }
 
+// What the rays of a sensor have met, in the frame of its body.
+export class SensorRays {
+  constructor() { this.object = lines({color: '#8fd0ff', opacity: 0.35, depthWrite: false}); }
+
+  // Six numbers each, from where to where.
+  show(rays) {
+    this.object.visible = rays.length > 0;
+    if (rays.length > 0) set(this.object, new Float32Array(rays));
+  }
+
+  // With a body of bodies.look().
+  follow({position, orientation}) {
+    this.object.position.set(...position.local);
+    this.object.quaternion.set(...orientation);
+  }
+}
+
 // Meridians and parallels of a ball of radius 1, ten degrees apart, as short lines slightly above it.
 function globeNet() {
   const [degree, above] = [Math.PI / 180, 1.0005];

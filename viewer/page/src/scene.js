@@ -5,7 +5,7 @@ import {
 } from 'three';
 
 import {kShadowMapSize} from './body_material.js';
-import {Contacts, Planet, Ray, Seams, SectorGrid} from './marks.js';
+import {Contacts, Planet, Ray, Seams, SectorGrid, SensorRays} from './marks.js';
 
 const kSky = '#0e1217';
 const kSlowFrameMs = 36;
@@ -50,10 +50,12 @@ export class Picture {
     this.contacts = new Contacts();
     this.seams = new Seams();
     this.ray = new Ray();
+    this.sensorRays = new SensorRays();
     this.planet = new Planet();
     this.scene.add(
         bodies.group, this.sky, this.sun, this.sun.target, this.grid.object, this.contacts.object,
-        this.seams.object, this.ray.object, this.planet.object);
+        this.seams.object, this.ray.object, this.sensorRays.object,
+        this.planet.object);
     this.shadows = isFine;
     this.#economies = isFine ? 0 : 1;
     this.mayCoarsen = detail !== 'fine';  // if drawing is too slow

@@ -295,6 +295,58 @@ test('another world replaces the first', async () => {
   await page.waitForFunction(() => window.tessera.bodies.countMoving === 10);
 });
 
+test('the model of a selected body shows its parts, and its joints are driven', async () => {
+  await tessera(cluster.address, 'load', join(process.env.TESSERA_WORLDS_FOLDER, 'rover.sdf'), '--replace');
+  await page.waitForFunction(() => {
+    const {bodies} = window.tessera;
+    return [...bodies.ids].some((id) => bodies.look(id).info.name === 'robot::hull');
+  });
+  await jumpTo('arm::lower');
+  const joint = () => page.evaluate(() => {
+    const rows = [...document.querySelectorAll('#modelJoints label')];
+    return rows.find((row) => row.textContent.startsWith('elbow'))?.querySelector('small').textContent ?? '';
+  });
+  await page.waitForFunction(() => document.querySelectorAll('#modelJoints label').length > 0);
+  assert.match(await page.$eval('#modelBodies', (list) => list.textContent), /lower/);
+  await page.evaluate(() => {
+    const slider = document.querySelector('#modelJoints input[aria-label="arm::elbow"]');
+    slider.value = 0.3;
+    slider.dispatchEvent(new Event('input'));
+  });
+  const deadline = Date.now() + 60_000;
+  while (!/^0\.(2[5-9]|3[0-5])\d rad$/.test(await joint())) {
+    assert.ok(Date.now() < deadline, `the elbow is at ${await joint()}`);
+    await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 10}));
+  }
+  await page.type('#modelFilter', 'elbow');
+  assert.equal(await page.$$eval('#modelJoints label', (rows) => rows.filter((row) => !row.hidden).length), 1);
+  await jumpTo('robot::hull');
+  await page.waitForFunction(() => window.tessera.picture.sensorRays.object.visible);
+  await page.waitForFunction(
+      () => [...document.getElementById('plotted').options].some(({value}) => value === 'ranger: range_0'));
+  await page.type('#jumpText', 'arm::');
+  await page.waitForFunction(
+      () => [...document.querySelectorAll('#jumpNames option')].some(({value}) => value === 'arm::lower'));
+});
+
+test('bodies are shown by the visuals of their world file', async () => {
+  const file = join(folder, 'looks.sdf');
+  const box = '<geometry><box><size>1 1 1</size></box></geometry>';
+  await writeFile(file, `<sdf version="1.9"><world name="looks"><model name="crate"><link name="l">
+      <collision name="c">${box}</collision>
+      <visual name="v">${box}<material><diffuse>1 0 0 1</diffuse></material></visual></link></model></world></sdf>`);
+  await tessera(cluster.address, 'load', file, '--replace');
+  const viewer = await start(
+      'tessera-viewer', ['--connect', cluster.address, '--listen', '127.0.0.1:0', '--looks', file], /at (http\S+)/);
+  await goCoarsely(viewer.found[0]);
+  await page.waitForFunction(() => window.tessera.bodies.hasLooks);
+  assert.equal(await page.evaluate(() => window.tessera.bodies.mode), 'look');
+  assert.equal(await page.$eval('[data-mode=look]', (button) => button.hidden), false);
+  await goCoarsely(cluster.url);
+  await viewer.stop();
+  assert.equal(await page.$eval('[data-mode=look]', (button) => button.hidden), true, 'whose file is another');
+});
+
 test('reports that the cluster has gone', async () => {
   await cluster.stop('SIGKILL');
   await page.waitForFunction(() => document.getElementById('state').className.includes('lost'));

@@ -16,7 +16,7 @@ globalThis.CustomEvent ??= class extends Event {
   }
 };
 
-const {Bodies, Playback, Recording, programFacts} =
+const {Bodies, Playback, Recording, plottable, programFacts} =
     await sources('bodies.js', 'details.js', 'recording/playback.js', 'recording/recording.js');
 
 const far = 1n << 62n;
@@ -48,6 +48,16 @@ test('programs are a row each, with their numbers or why they were stopped', () 
   const [[title, numbers]] = programFacts([{kind: 'ranger', name: 'front', inputs: {}, values: ranges, fault: ''}]);
   assert.equal(title, 'ranger front');
   assert.match(numbers, /^range_0 0, .*range_15 15, \.\.\. 40 numbers$/);
+});
+
+test('what a body and its programs measure can be plotted', () => {
+  const programs = [
+    {kind: 'imu', name: 'front', inputs: {}, values: {x: 1, y: 2}},
+    {kind: 'pid', name: '', inputs: {set_point: 0.5}, values: {error: 0.25}},
+  ];
+  assert.deepEqual([...plottable({speed: 3}, programs)], [
+    ['speed, m/s', 3], ['front: x', 1], ['front: y', 2], ['pid: set_point', 0.5], ['pid: error', 0.25],
+  ]);
 });
 
 test('positions keep all their bits', () => {
@@ -150,6 +160,47 @@ test('bodies keep their poses and colours at every level of detail', () => {
     bodies.prepare({position: {x, y: 0, z: 0}, fov: 50}, 800);
     assert.deepEqual(look(), before, `from ${x} m`);
   }
+});
+
+test('bodies are drawn by their looks, in their own colours or in those of a mode', () => {
+  const part = {kind: 'box', size: [1, 1, 1], position: [0, 0, 0], orientation: [0, 0, 0, 1]};
+  const bodies = new Bodies();
+  assert.equal(bodies.hasLooks, false);
+  bodies.introduce({
+    bodies: [{id: 1, shape: 1, motion: 'dynamic', look: 0}, {id: 2, shape: 1, motion: 'static'}],
+    shapes: {1: [part]},
+    looks: {0: [{...part, colour: 0xff0000}, {...part, position: [0, 0, 1], colour: 0x0000ff}]},
+  });
+  assert.equal(bodies.hasLooks, true);
+  const frame = {
+    isKey: true,
+    tick: 1,
+    count: 2,
+    gone: [],
+    ids: [1, 2],
+    positions: [0, 0, 0, 5, 0, 0],
+    orientations: [0, 0, 0, 1, 0, 0, 0, 1],
+    speeds: [0, 0],
+    servers: [0, 0],
+    asleep: [0, 0],
+  };
+  bodies.apply(frame, {sector: [0n, 0n, 0n], low: [0, 0, 0], sector_size: 128});
+  bodies.prepare({position: {x: 0, y: 0, z: 3}, fov: 50}, 800);
+  const batch = bodies.group.children.find(({geometry}) => geometry.attributes.colour);
+  assert.ok(batch, 'the look has colours');
+  const {array} = batch.geometry.attributes.colour;
+  assert.deepEqual([...array.slice(0, 3)], [255, 0, 0]);
+  assert.deepEqual([...array.slice(-3)], [0, 0, 255]);
+  const tint = () => [...batch.geometry.attributes.tint.array.slice(0, 3)];
+  assert.notDeepEqual(tint(), [0, 0, 0], 'by server');
+  bodies.mode = 'look';
+  assert.deepEqual(tint(), [0, 0, 0], 'its own colours, not lit up');
+  bodies.prepare({position: {x: 1e6, y: 0, z: 0}, fov: 50}, 800);
+  const points = bodies.group.children.find(({isPoints}) => isPoints);
+  assert.deepEqual([...points.geometry.attributes.tint.array.slice(0, 3)], [127, 0, 127], 'their mean');
+  assert.deepEqual(bodies.look(1).parts, [part], 'what is said of it is its shape');
+  bodies.clear();
+  assert.equal(bodies.hasLooks, false);
 });
 
 // --- recordings: a ball that falls 1 cm per tick above a plane, 2^62 sectors away, and a crate added later ---

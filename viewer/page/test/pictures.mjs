@@ -85,6 +85,18 @@ await withPage('seam', [world('seam.sdf'), '--servers', '2'], async (page, clust
   await shoot(page, 'clones');
 });
 
+await withPage('looks', [world('house.sdf')], async (page, cluster) => {
+  await tessera(cluster.address, 'step', '60');
+  await page.evaluate(() => window.tessera.jump('arm::upper'));
+  await page.waitForFunction(() => document.querySelectorAll('#modelJoints label').length > 0);
+  await view(page, -2.4, 0.8, 3.4);
+  await shoot(page, 'looks');
+  await page.evaluate(() => window.tessera.jump('burger::base_link'));
+  await page.waitForFunction(() => window.tessera.picture.sensorRays.object.visible);
+  await view(page, -2.3, 0.9, 2.6);
+  await shoot(page, 'sensors');
+});
+
 await withPage('earth', [world('earth.sdf'), '--servers', '2'], async (page, cluster) => {
   await tessera(cluster.address, 'resume');
   await page.waitForFunction(() => window.tessera.bodies.tick > 120);
