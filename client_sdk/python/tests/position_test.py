@@ -43,3 +43,9 @@ def test_what_is_no_position_is_refused_by_name() -> None:
         position_message((1, 2))
     with pytest.raises(ValueError):
         position_message(tessera.WorldPosition(sector=(2**63, 0, 0)))
+
+
+def test_a_sector_is_three_whole_numbers() -> None:
+    for sector in [(0, 0, 0.42), (0, 0), (0, 0, 0, 0)]:
+        with pytest.raises(ValueError, match="sector"):
+            position_message(tessera.WorldPosition((0, 0, 0), sector))  # type: ignore[arg-type]

@@ -7,6 +7,7 @@ position is ever one floating-point number: differences are taken with `relative
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -85,7 +86,10 @@ def quaternion_message(quaternion: VectorLike, name: str) -> world_pb2.Quaternio
 
 
 def sector_message(sector: SectorLike) -> world_pb2.SectorIndex:
-    i, j, k = (int(index) for index in sector)
+    try:
+        i, j, k = (operator.index(index) for index in sector)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"sector: {tuple(sector)} must be three whole numbers") from error
     return world_pb2.SectorIndex(i=i, j=j, k=k)
 
 
