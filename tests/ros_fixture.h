@@ -85,11 +85,15 @@ class RosTest : public ::testing::Test {
     return writer;
   }
 
-  // Whether somebody subscribes to what a writer writes.
-  bool await_reader(dds_entity_t writer) const {
-    dds_set_status_mask(writer, DDS_PUBLICATION_MATCHED_STATUS);
+  // Whether somebody subscribes to what a writer writes, or writes what a reader reads.
+  bool await_reader(dds_entity_t writer) const { return await_match(writer, DDS_PUBLICATION_MATCHED_STATUS); }
+  bool await_writer(dds_entity_t reader) const {
+    return await_match(reader, DDS_SUBSCRIPTION_MATCHED_STATUS);
+  }
+  bool await_match(dds_entity_t end, std::uint32_t status) const {
+    dds_set_status_mask(end, status);
     const dds_entity_t waitset = dds_create_waitset(participant_);
-    dds_waitset_attach(waitset, writer, 0);
+    dds_waitset_attach(waitset, end, 0);
     const bool is_there =
         dds_waitset_wait(waitset, nullptr, 0, absl::ToInt64Nanoseconds(testing::kPatience)) > 0;
     dds_delete(waitset);

@@ -93,6 +93,7 @@ TEST_F(RosTrajectoriesTest, AGoalIsReachedOrItIsSaidWhyNot) {
   const dds_entity_t feedback = read(control_msgs_action_dds__FollowJointTrajectory_FeedbackMessage__desc,
                                      (std::string("rt") + kAction + "feedback").c_str(),
                                      DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_VOLATILE);
+  ASSERT_TRUE(await_writer(feedback)) << ros.output();
   ASSERT_TRUE(send(2, "elbow", 0.4, 1, 0.05)) << ros.output();
   EXPECT_TRUE(await<Feedback>(feedback, [](const Feedback& message) {
     const auto& [header, joints, desired, actual, error, others, no, nor, none] = message.feedback;
