@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <chrono>
 #include <utility>
 
 #include "daemon/log.h"
@@ -23,7 +24,12 @@ Looks read(const std::filesystem::path& file) {
 FileLooks::FileLooks(const std::filesystem::path& file)
     : looks_(std::async(file.empty() ? std::launch::deferred : std::launch::async, read, file).share()) {}
 
+bool FileLooks::is_read() const {
+  return looks_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
 std::shared_ptr<const Look> FileLooks::of(const std::string& world, const std::string& body) const {
+  if (!is_read()) return nullptr;
   const Looks& looks = looks_.get();
   if (looks.world != world) return nullptr;
   const auto found = looks.bodies.find(body);

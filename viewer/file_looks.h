@@ -17,7 +17,9 @@ class FileLooks {
   // look.
   explicit FileLooks(const std::filesystem::path& file);
 
-  // Null for a body that has none, and in a world of another name. Waits until the file is read.
+  bool is_read() const;
+
+  // Null for a body that has none, in a world of another name, and until the file is read.
   std::shared_ptr<const Look> of(const std::string& world, const std::string& body) const;
 
  private:

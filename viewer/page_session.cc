@@ -23,6 +23,7 @@ constexpr double kHalfMax = 1e9;        // m
 constexpr absl::Duration kSubscribeTimeout = absl::Seconds(10);
 constexpr std::uint32_t kFramesPerSeamFrame = 4;  // seams change slowly
 constexpr double kFramesPerSecondMin = 5;
+constexpr std::uint64_t kNoWorld = 0;
 
 // The index of a server among all servers, which determines its colour.
 std::uint8_t place_of(const live::ClusterReport& report, std::uint64_t node) {
@@ -184,6 +185,11 @@ void PageSession::write() {
       lock.unlock();
       socket_.send_text(dump(status_message(*report)));
       lock.lock();
+    } else if (!has_looks_ && options_.looks->is_read()) {
+      // What was told of bodies before is told once more.
+      has_looks_ = true;
+      told_world_ = kNoWorld;
+      watch();
     } else if (is_due(Clock::now())) {
       next_frame_ = Clock::now() + period;
       const std::shared_ptr<const live::ClusterReport> report = report_;

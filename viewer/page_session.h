@@ -109,6 +109,7 @@ class PageSession {
   std::optional<ContactFrame> last_contacts_;  // a paused world streams them only once
   absl::flat_hash_set<BodyId> told_bodies_;
   absl::flat_hash_set<ShapeId> told_shapes_;
+  bool has_looks_ = false;                                    // those of the options have been read
   absl::flat_hash_map<const Look*, std::size_t> told_looks_;  // by their numbers on the page
   std::uint64_t told_world_ = 0;
   std::uint64_t counted_bodies_ = 0;  // of the world, when its static bodies were requested
