@@ -166,6 +166,20 @@ TEST(Ranger, MeasuresAlongItsFanOverSectors) {
   }
 }
 
+// Through the box around such a way go some 10^10 sectors, most of them empty.
+TEST(Ranger, SeesFarAslantOnAnyPartitions) {
+  WorldBuilder builder(settings_of(4));
+  add_box(builder, "wall", {1, 60, 60}, {5.6, 0.2, 0.4}, Motion::kStatic);
+  for (const double heading : {0.7, 2.4}) {
+    add_box(builder, heading < 1 ? "to_the_wall" : "away", {0.5, 0.5, 0.5}, {-0.2, 2 * heading, 0.4},
+            Motion::kKinematic)
+        .programs.push_back(
+            example_program("ranger", {{"heading", heading}, {"elevation", 0.6}, {"most", 1e4}}));
+  }
+  const auto alone = cluster_of(builder.world(), 1);
+  expect_the_same_on_any_partitions(builder.world(), hashes_of(*alone, 3));
+}
+
 TEST(Ranger, SeesWhatIsFarEnoughAndOfItsCategories) {
   WorldBuilder builder(settings_of());
   add_box(builder, "near", {0.2, 1, 1}, {1, 0, 1}, Motion::kStatic).properties.category = 2;

@@ -23,6 +23,9 @@ namespace {
 std::array<double, 3> as_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Eigen::Vector3d as_vector(const std::array<double, 3>& v) { return Eigen::Vector3d(v.data()); }
 
+// Of the box around a way: whether all are hosted here is looked up one by one.
+constexpr double kSectorsLookedAtMax = 1000;
+
 // In which order the parts of one answer come, whoever found them.
 bool comes_first(const ProgramFinding& a, const ProgramFinding& b) {
   return std::tie(a.ask, a.distance, a.body, a.impulse, a.normal, a.point) <
@@ -330,6 +333,8 @@ bool ProgramPhase::concerns_others(const ProgramAsk& ask) const {
   const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / size + 0.5)); };
   const Eigen::Vector3d low = from.cwiseMin(to) - Eigen::Vector3d::Constant(reach);
   const Eigen::Vector3d high = from.cwiseMax(to) + Eigen::Vector3d::Constant(reach);
+  // Of a long way, whose sectors nobody could look at one by one, others may know.
+  if (((high - low) / size).array().ceil().prod() > kSectorsLookedAtMax) return true;
   for (std::int64_t i = cell(low.x()); i <= cell(high.x()); ++i) {
     for (std::int64_t j = cell(low.y()); j <= cell(high.y()); ++j) {
       for (std::int64_t k = cell(low.z()); k <= cell(high.z()); ++k) {
