@@ -26,7 +26,7 @@ export function programFacts(programs) {
 
 // What can be plotted of a body: its speed, and the numbers of its programs, each by a name.
 export function plottable({speed}, programs) {
-  const found = new Map([['speed, m/s', speed]]);
+  const found = new Map([[kPlotFirst, speed]]);
   for (const {kind, name, inputs, values} of programs) {
     for (const [number, value] of [...Object.entries(inputs), ...Object.entries(values)].slice(0, kPlottableMax))
       found.set(`${name || kind}: ${number}`, value);
