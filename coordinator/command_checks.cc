@@ -258,27 +258,86 @@ absl::StatusOr<Command> checked(const v1::RemoveJoint& command, const WorldRegis
   return RemoveJoint{*joint};
 }
 
+absl::Status add(std::uint32_t axis, const v1::JointDrive& given, SetDrives& drives) {
+  if (axis < 1 || axis > drives.drives.size())
+    return refused("axis = ", axis, " must be 1 to ", drives.drives.size());
+  const absl::StatusOr<JointDrive> drive = from_proto(given);
+  if (!drive.ok()) return refused("drive of axis ", axis, ": ", drive.status().message());
+  drives.drives[axis - 1] = *drive;
+  drives.axes = static_cast<AxisMask>(drives.axes | 1 << (axis - 1));
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Command> checked(const v1::SetJointDrives& command, const WorldRegistry& world) {
   const absl::StatusOr<JointId> id = world.joints().resolve(command.joint());
   if (!id.ok()) return id.status();
   const JointRegistry::Entry& joint = *world.joints().find(*id);
   const std::string title = absl::StrCat("joint '", joint.name, "': ");
-  SetDrives result{*id, joint.record.drives, 0};
-  JointDrives& drives = result.drives;
   if (command.drives().empty()) return refused(title, "drives must not be empty");
+  SetDrives result{*id, joint.record.drives, 0};
   for (const v1::AxisDrive& given : command.drives()) {
-    if (given.axis() < 1 || given.axis() > drives.size()) {
-      return refused(title, "axis = ", given.axis(), " must be 1 to ", drives.size());
-    }
-    const absl::StatusOr<JointDrive> drive = from_proto(given.drive());
-    if (!drive.ok()) return refused(title, "drive of axis ", given.axis(), ": ", drive.status().message());
-    drives[given.axis() - 1] = *drive;
-    result.axes = static_cast<AxisMask>(result.axes | 1 << (given.axis() - 1));
+    if (absl::Status status = add(given.axis(), given.drive(), result); !status.ok())
+      return refused(title, status.message());
   }
-  if (absl::Status status = validate(drives, joint.record.properties.type); !status.ok()) {
+  if (absl::Status status = validate(result.drives, joint.record.properties.type); !status.ok())
     return refused(title, status.message());
-  }
   return result;
+}
+
+// A column of DriveJoints.
+class DriveColumn {
+ public:
+  DriveColumn(const char* name, const google::protobuf::RepeatedField<double>& numbers)
+      : name_(name), numbers_(numbers) {}
+
+  absl::Status check(int joints) const {
+    const int size = numbers_.size();
+    if (size == 0 || size == 1 || size == joints) return absl::OkStatus();
+    return refused(name_, ": ", size, " elements must be one for each of ", joints,
+                   " joints, or one for all");
+  }
+  double operator[](int joint) const {
+    return numbers_.empty() ? 0 : numbers_.Get(numbers_.size() == 1 ? 0 : joint);
+  }
+
+ private:
+  const char* name_;
+  const google::protobuf::RepeatedField<double>& numbers_;
+};
+
+absl::StatusOr<std::vector<Command>> checked(const v1::DriveJoints& command, const WorldRegistry& world) {
+  const int count = command.joints_size();
+  if (count == 0) return refused("joints must not be empty");
+  const DriveColumn targets("targets", command.targets());
+  const DriveColumn stiffness("stiffness", command.stiffness());
+  const DriveColumn damping("damping", command.damping());
+  const DriveColumn velocities("velocities", command.velocities());
+  const DriveColumn efforts("efforts", command.efforts());
+  for (const DriveColumn* column : {&targets, &stiffness, &damping, &velocities, &efforts}) {
+    if (absl::Status status = column->check(count); !status.ok()) return status;
+  }
+  std::vector<Command> commands;
+  commands.reserve(static_cast<std::size_t>(count));
+  v1::JointRef reference;
+  v1::JointDrive drive;
+  drive.set_mode(command.mode());
+  for (int n = 0; n < count; ++n) {
+    reference.set_id(command.joints(n));
+    const absl::StatusOr<JointId> id = world.joints().resolve(reference);
+    if (!id.ok()) return in(absl::StrCat("joints[", n, "]"), id.status());
+    const JointRegistry::Entry& joint = *world.joints().find(*id);
+    drive.set_target(targets[n]);
+    drive.set_stiffness(stiffness[n]);
+    drive.set_damping(damping[n]);
+    drive.set_velocity(velocities[n]);
+    drive.set_effort(efforts[n]);
+    SetDrives result{*id, joint.record.drives, 0};
+    absl::Status status = add(command.axis(), drive, result);
+    if (status.ok()) status = validate(result.drives, joint.record.properties.type);
+    if (!status.ok()) return in(absl::StrCat("joints[", n, "] ('", joint.name, "')"), status);
+    commands.emplace_back(std::move(result));
+  }
+  return commands;
 }
 
 // As a list of one.
@@ -319,6 +378,8 @@ absl::StatusOr<std::vector<Command>> checked(const v1::Command& command, const W
       return alone(checked(command.remove_joint(), world));
     case v1::Command::kSetJointDrives:
       return alone(checked(command.set_joint_drives(), world));
+    case v1::Command::kDriveJoints:
+      return checked(command.drive_joints(), world);
     default:
       return refused("a command of no known kind");
   }

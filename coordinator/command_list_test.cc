@@ -132,6 +132,7 @@ std::vector<v1::Command> all_kinds() {
           removal_of_joint("arm"),
           removal_of_joint("follower"),
           drive("arm", 1, v1::JointDrive::VELOCITY, 3),
+          drive_columns({1}, {2}),
           state,
           heavier,
           change_of_motion("lift", v1::MOTION_DYNAMIC),

@@ -220,6 +220,26 @@ TEST(Joints, AreAddedInCentreFramesAndListedInBodyFrames) {
   EXPECT_EQ(found.joint().properties().in_child().position().x(), 1);
 }
 
+TEST(Joints, AreDrivenByColumnsAsOneByOne) {
+  const auto cluster = loaded_cluster();
+  cluster->apply(hinge("a", "lift", "ball"));
+  cluster->apply(hinge("b", "lift", "egg"));
+  next_commands(*cluster);
+  v1::Command columns = drive_columns({2, 1}, {0.5, -0.25});
+  columns.mutable_drive_joints()->set_mode(v1::JointDrive::SERVO);
+  columns.mutable_drive_joints()->add_stiffness(40);
+  ASSERT_TRUE(cluster->apply(columns)->ok());
+  const std::vector<Command> commands = next_commands(*cluster);
+  ASSERT_EQ(commands.size(), 2u);
+  const JointDrive expected[] = {{DriveMode::kServo, 0.5, 40}, {DriveMode::kServo, -0.25, 40}};
+  for (std::size_t n = 0; n < 2; ++n) {
+    const auto& set = std::get<SetDrives>(commands[n]);
+    EXPECT_EQ(set.id, JointId{2 - n});
+    EXPECT_EQ(set.axes, 1);
+    EXPECT_EQ(set.drives[0], expected[n]);
+  }
+}
+
 TEST(Joints, GetNamesAndNewIds) {
   const auto cluster = loaded_cluster();
   EXPECT_EQ(added(cluster->apply(hinge("", "", "ball"))), 1u);
@@ -317,6 +337,14 @@ TEST(Joints, AreRefusedWithTheFieldAndTheBound) {
   nothing = drive("j", 1, v1::JointDrive::FREE, 0);
   nothing.mutable_set_joint_drives()->clear_drives();
   expect(command(nothing), kInvalid, "drives must not be empty");
+  expect(command(drive_columns({}, {1})), kInvalid, "joints must not be empty");
+  expect(command(drive_columns({1, 9}, {1})), kNotFound, "joints[1]: there is no joint with the id 9");
+  expect(command(drive_columns({1, 1, 1}, {1, 2})), kInvalid,
+         "targets: 2 elements must be one for each of 3 joints, or one for all");
+  expect(command(drive_columns({1}, {kNan})), kInvalid, "joints[0] ('j'): drive of axis 1");
+  nothing = drive_columns({1}, {1});
+  nothing.mutable_drive_joints()->set_axis(3);
+  expect(command(nothing), kInvalid, "joints[0] ('j'): axis = 3 must be 1 to 2");
   EXPECT_THAT(joints(*cluster), ElementsAre("j"));
 }
 

@@ -111,6 +111,18 @@ inline v1::Command drive(const std::string& joint, std::uint32_t axis, v1::Joint
   return command;
 }
 
+// Of joints by ids, to positions along their first axes.
+inline v1::Command drive_columns(const std::vector<std::uint64_t>& joints,
+                                 const std::vector<double>& targets) {
+  v1::Command command;
+  v1::DriveJoints& columns = *command.mutable_drive_joints();
+  columns.mutable_joints()->Add(joints.begin(), joints.end());
+  columns.set_axis(1);
+  columns.set_mode(v1::JointDrive::POSITION);
+  columns.mutable_targets()->Add(targets.begin(), targets.end());
+  return command;
+}
+
 inline v1::Query hash_query() {
   v1::Query query;
   query.mutable_hash();

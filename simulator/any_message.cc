@@ -208,6 +208,7 @@ bool AnyMessage::fill_special(Message& message, const Field* as) {
   if (auto* model = cast<v1::Model>(message)) return fill_model(*model), true;
   if (auto* joint = cast<v1::Joint>(message)) return fill_joint(*joint), true;
   if (auto* drives = cast<v1::SetJointDrives>(message)) return fill_drives(*drives), true;
+  if (auto* drives = cast<v1::DriveJoints>(message)) return fill_drives(*drives), true;
   if (auto* state = cast<v1::SetState>(message)) return fill_state(*state), true;
   if (auto* removal = cast<v1::Remove>(message)) return fill_removal(*removal), true;
   if (auto* told = cast<v1::TellProgram>(message)) return fill_tell(*told), true;

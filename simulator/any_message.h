@@ -57,6 +57,7 @@ class AnyMessage {
   void fill_ground(v1::Geometry::Ground& ground);
   void fill_joint(v1::Joint& joint);
   void fill_drives(v1::SetJointDrives& command);
+  void fill_drives(v1::DriveJoints& command);
   void fill_state(v1::SetState& command);
   void fill_removal(v1::Remove& command);
   void fill_drive(v1::JointDrive& drive);

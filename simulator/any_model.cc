@@ -268,6 +268,25 @@ void AnyMessage::fill_drives(v1::SetJointDrives& command) {
   fill_drive(*drive.mutable_drive());
 }
 
+// Of some joints, or of one that there is not, with columns of one length or another.
+void AnyMessage::fill_drives(v1::DriveJoints& command) {
+  const std::size_t count = 1 + dice_.below(4);
+  for (std::size_t n = 0; n < count; ++n) {
+    const bool is_there = !world_.joints.empty() && (is_valid_ || !dice_.one_in(8));
+    command.add_joints(is_there ? world_.joints[dice_.below(world_.joints.size())].id : numbers_.count());
+  }
+  command.set_axis(!is_valid_ && dice_.one_in(8) ? static_cast<std::uint32_t>(numbers_.count()) : 1);
+  v1::JointDrive drive;
+  fill_drive(drive);
+  command.set_mode(drive.mode());
+  const std::size_t targets = !is_valid_ && dice_.one_in(8) ? dice_.below(4) : dice_.one_in(2) ? 1 : count;
+  for (std::size_t n = 0; n < targets; ++n) command.add_targets(drive.target());
+  command.add_stiffness(drive.stiffness());
+  command.add_damping(drive.damping());
+  command.add_velocities(drive.velocity());
+  command.add_efforts(drive.effort());
+}
+
 // Within the bounds of an angle, which are the narrower ones, most often.
 void AnyMessage::fill_drive(v1::JointDrive& drive) {
   drive.set_mode(static_cast<v1::JointDrive::Mode>(dice_.below(v1::JointDrive::Mode_ARRAYSIZE)));

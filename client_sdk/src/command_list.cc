@@ -226,4 +226,17 @@ CommandList& CommandList::set_drives(const JointName& joint, const JointDrives& 
   return *this;
 }
 
+CommandList& CommandList::set_drives(std::span<const JointId> joints, const DriveColumns& drives, int axis) {
+  v1::DriveJoints& command = *request_->add_commands()->mutable_drive_joints();
+  for (const JointId joint : joints) command.add_joints(joint.value);
+  command.set_axis(static_cast<std::uint32_t>(axis));
+  command.set_mode(to_proto(JointDrive{.mode = drives.mode}).mode());
+  command.mutable_targets()->Add(drives.targets.begin(), drives.targets.end());
+  command.mutable_stiffness()->Add(drives.stiffness.begin(), drives.stiffness.end());
+  command.mutable_damping()->Add(drives.damping.begin(), drives.damping.end());
+  command.mutable_velocities()->Add(drives.velocities.begin(), drives.velocities.end());
+  command.mutable_efforts()->Add(drives.efforts.begin(), drives.efforts.end());
+  return *this;
+}
+
 }  // namespace tessera
