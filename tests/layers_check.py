@@ -21,6 +21,7 @@ MAY_INCLUDE = {
     "daemon": "keys lpss proto transport",
     "coordinator": "daemon keys lpss proto transport",
     "sector_server": "daemon keys lpss proto tiles transport",
+    "embedded": "coordinator daemon lpss proto sector_server tiles transport worlds",
     "gateway": "daemon keys lpss proto transport",
     "client_sdk": "daemon keys lpss proto",
     "viewer": "client_sdk daemon keys lpss worlds",

@@ -16,11 +16,23 @@ namespace {
 
 using Interface = const char*();
 
+// Of the program or library that holds this code, such as a module of Python.
+std::filesystem::path own_folder() {
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0) return {};
+  return std::filesystem::path(info.dli_fname).parent_path();
+}
+
 std::vector<std::filesystem::path> module_folders() {
   std::vector<std::filesystem::path> folders;
   std::error_code error;
   const std::filesystem::path executable = std::filesystem::read_symlink("/proc/self/exe", error);
   if (!error) folders.push_back(executable.parent_path());
+  const std::filesystem::path own = own_folder();
+  std::error_code unknown;
+  if (!own.empty() && !std::filesystem::equivalent(own, executable.parent_path(), unknown)) {
+    folders.push_back(own);
+  }
   if (const char* named = std::getenv("TESSERA_ENGINE_DIR")) folders.emplace_back(named);
   if (!error) folders.push_back(executable.parent_path().parent_path() / "lib" / "tessera");
   return folders;

@@ -10,11 +10,9 @@
 namespace tessera {
 
 // The Bullet engine of `settings.precision`. Bullet's two precisions share symbol names with different
-// meanings, so a process can load only one of them: the module beside the executable (or in the folder that
-// the environment variable TESSERA_ENGINE_DIR names, or in ../lib/tessera, or where the dynamic linker looks
-// for the executable's libraries). NOT_FOUND if there is no module, or only of other builds,
-// FAILED_PRECONDITION if the process has already loaded the other precision. Engines may be made any number
-// of times; the module stays loaded.
+// meanings, so a process can load only one of them: the module that load_shared_module() finds. NOT_FOUND if
+// there is no module, or only of other builds, FAILED_PRECONDITION if the process has already loaded the
+// other precision. Engines may be made any number of times; the module stays loaded.
 absl::StatusOr<std::unique_ptr<Engine>> load_engine(const EngineSettings& settings);
 
 }  // namespace tessera
