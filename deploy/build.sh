@@ -6,6 +6,7 @@
 #
 #   deploy/build.sh release tessera-viewer     the web UI
 #   deploy/build.sh release tessera-wasm       the engine of programs in WebAssembly
+#   deploy/build.sh release tessera-python     the compiled part of the Python package, which pip then installs
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -27,18 +28,19 @@ else
   options=(-DTESSERA_TESTS=OFF -DTESSERA_VIEWER=OFF)
 fi
 "$top/deploy/install_dependencies.sh" "$group"
-wants_wasm=no
-if [[ " $* " == *" tessera-wasm "* ]]; then
-  wants_wasm=yes
-  "$top/deploy/install_dependencies.sh" wasm
-fi
+# What has a target once its packages are there.
+later=()
+for name in wasm python; do
+  [[ " $* " == *" tessera-$name "* ]] || continue
+  later+=("tessera-$name")
+  "$top/deploy/install_dependencies.sh" "$name"
+done
 started=$SECONDS
 
 configured() {
-  local option
+  local option target
   [ -f "$build/build.ninja" ] || return 1
-  # Its target is there once its packages are.
-  [ "$wants_wasm" = no ] || grep -q '^build tessera-wasm:' "$build/build.ninja" || return 1
+  for target in "${later[@]}"; do grep -q "^build $target:" "$build/build.ninja" || return 1; done
   for option in "${options[@]}"; do grep -qxF -- "${option#-D}" <(sed 's/:BOOL=/=/' "$build/CMakeCache.txt") || return 1; done
 }
 cd "$top"

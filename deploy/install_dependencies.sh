@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# deploy/install_dependencies.sh [run|wasm|web|test]: installs the missing packages that Tessera needs on Debian 12
+# deploy/install_dependencies.sh [run|wasm|python|web|test]: installs the missing packages that Tessera needs on Debian 12
 # (bookworm), and nothing else. Uses sudo if it does not run as root. Each group includes `run`, and `test` all:
 #
-#   run    to build and run worlds (the default)
-#   wasm   for programs in WebAssembly: their engine
-#   web    for the web UI: Node.js and npm
-#   test   for the tests: test libraries, Python, a browser, the formatter
+#   run     to build and run worlds (the default)
+#   wasm    for programs in WebAssembly: their engine
+#   python  for simulations in Python, and its package
+#   web     for the web UI: Node.js and npm
+#   test    for the tests: test libraries, Python, a browser, the formatter
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -26,23 +27,26 @@ web_packages=()
 # A Node.js from elsewhere includes npm, and the distribution's npm would not match it.
 command -v node >/dev/null && command -v npm >/dev/null || web_packages+=(nodejs npm)
 wasm_packages=(libmozjs-102-dev)
+python_packages=(
+  pybind11-dev python3-dev python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-venv
+)
 test_packages=(
   ccache clang-format-14 clang-tidy-16 etcd-server file libgeographiclib-dev libgmock-dev libgtest-dev libyaml-cpp-dev valgrind
   # what makes and compares programs in WebAssembly
   clang-14 lld-14 wabt
-  # the Python client
-  mypy python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-pytest python3-venv
-  python3-zstandard
+  # the Python package
+  mypy python3-pytest python3-zstandard
   # the web UI
   chromium
 )
 case ${1:-run} in
   run) ;;
   wasm) packages+=("${wasm_packages[@]}") ;;
+  python) packages+=("${python_packages[@]}") ;;
   web) packages+=("${web_packages[@]}") ;;
-  test) packages+=("${wasm_packages[@]}" "${web_packages[@]}" "${test_packages[@]}") ;;
+  test) packages+=("${wasm_packages[@]}" "${python_packages[@]}" "${web_packages[@]}" "${test_packages[@]}") ;;
   *)
-    sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+    sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
     exit 2
     ;;
 esac

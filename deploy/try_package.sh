@@ -56,6 +56,14 @@ done
 inside tessera load /usr/share/tessera/worlds/tower.sdf
 inside tessera step 60
 
+apt_get install "/tmp/$(basename "$packages"/python3-tessera_*.deb)"
+answer=$(inside /usr/bin/python3 -c "import tessera
+s = tessera.Simulation('/usr/share/tessera/worlds/tower.sdf')
+s.step(60)
+print(s.hash() == tessera.Client().hash(), s.hash().hash)")
+[[ $answer == True* ]] || { say "Python has another hash than the cluster: $answer" >&2; exit 1; }
+say "in a process of Python, the same hash: ${answer#True }"
+
 apt_get install g++ cmake pkg-config make "/tmp/$(basename "$packages"/libtessera-dev_*.deb)"
 mkdir -p "$root/tmp/hello"
 cp "$top/client_sdk/examples/hello.cc" "$root/tmp/hello/"
@@ -77,7 +85,7 @@ say "built with pkg-config: $answer"
 inside tessera shutdown
 for pid in "${pids[@]}"; do wait "$pid" || { say "a daemon ended with an error"; tail "$root"/tmp/*.log; exit 1; }; done
 pids=()
-apt_get purge tessera libtessera-dev
+apt_get purge tessera libtessera-dev python3-tessera
 left=$(files | grep -i tessera || true)
 if [ -n "$left" ]; then
   say "left behind:" "$left" >&2

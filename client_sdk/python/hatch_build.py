@@ -1,12 +1,16 @@
-"""Generates messages and gRPC stubs from the protocol files while the package is built.
+"""Generates messages and gRPC stubs from the protocol files while the package is built, and adds its compiled parts.
 
 The files are in `proto/` of the repository, or of the source distribution. `grpcio-tools` generates the
 modules if it is installed; otherwise `protoc` and `grpc_python_plugin` do, which building Tessera requires
 anyway.
+
+They are built with Tessera, if pybind11 is installed: in `build/release/bin` of the repository, or where
+TESSERA_COMPILED says. A package without them is a client of clusters only.
 """
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -72,8 +76,18 @@ def describe(sources: Path, output: Path) -> None:
     )
 
 
+def compiled_parts(root: Path) -> list[Path]:
+    """The compiled module of this package, and the engines that it loads; none if it was not built."""
+    default = root.parents[1] / "build" / "release" / "bin" if len(root.parents) > 1 else root
+    folder = Path(os.environ.get("TESSERA_COMPILED", default))
+    modules = sorted(folder.glob("_native.*.so"))
+    if not modules:
+        return []
+    return [*modules, *sorted(folder.glob("libtessera-engine-*.so")), *sorted(folder.glob("libtessera-wasm.so"))]
+
+
 class GenerateMessages(BuildHookInterface):
-    """Adds the generated modules to a wheel."""
+    """Adds the generated modules, and those that are compiled, to a wheel."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if self.target_name != "wheel":
@@ -87,6 +101,12 @@ class GenerateMessages(BuildHookInterface):
         folder = self.output / PACKAGE
         for file in sorted([*folder.glob("*.py*"), *folder.glob("*.binpb")]):
             build_data["force_include"][str(file)] = f"{PACKAGE}/{file.name}"
+        parts = compiled_parts(root)
+        for file in parts:
+            build_data["force_include"][str(file)] = f"tessera/{file.name}"
+        if parts:
+            build_data["pure_python"] = False
+            build_data["infer_tag"] = True
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         if self.target_name == "wheel":

@@ -50,11 +50,15 @@ def test_ids_may_be_of_any_integer_type() -> None:
     for body in same:
         assert commands.set_velocity(body, (1, 2, 3)).set_velocity.body.id == 7
     assert commands.set_velocity("seven", (1, 2, 3)).set_velocity.body.name == "seven"
-    drives = commands.set_drives(np.array([7, 8]), np.array([0.5, 0.25]), stiffness=[1, 2])
-    assert [one.set_joint_drives.joint.id for one in drives] == [7, 8]
-    assert [one.set_joint_drives.drives[0].drive.target for one in drives] == [0.5, 0.25]
-    assert [one.set_joint_drives.drives[0].drive.stiffness for one in drives] == [1, 2]
-    assert commands.set_drives(["a"], 1)[0].set_joint_drives.joint.name == "a"
+    (drives,) = commands.set_drives(np.array([7, 8]), np.array([0.5, 0.25]), stiffness=[1, 2])
+    assert list(drives.drive_joints.joints) == [7, 8]
+    assert list(drives.drive_joints.targets) == [0.5, 0.25]
+    assert list(drives.drive_joints.stiffness) == [1, 2]
+    assert list(drives.drive_joints.efforts) == [0]
+    some: list[tessera.JointName] = ["a", 8]
+    named = commands.set_drives(some, 1, stiffness=[1, 2])
+    assert [one.set_joint_drives.joint.WhichOneof("by") for one in named] == ["name", "id"]
+    assert [one.set_joint_drives.drives[0].drive.stiffness for one in named] == [1, 2]
 
 
 def test_arguments_of_another_shape_are_named() -> None:

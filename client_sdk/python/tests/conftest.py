@@ -1,4 +1,6 @@
-"""A real cluster of two servers for all tests of a file; each test loads a world of its own."""
+"""A real cluster of two servers for all tests of a file; each test loads a world of its own. With
+TESSERA_TEST_IN_PROCESS set, tests that need no cluster have a simulation in its place.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +13,7 @@ import pytest
 import tessera
 
 WORLDS = Path(os.environ.get("TESSERA_OWN_WORLDS", Path(__file__).parents[3] / "worlds"))
+IN_PROCESS_VARIABLE = "TESSERA_TEST_IN_PROCESS"
 PATIENCE_S = 60.0  # for machines that are busy otherwise
 
 
@@ -28,6 +31,11 @@ def cluster() -> Iterator[tessera.Cluster]:
 
 
 @pytest.fixture(scope="session")
-def client(cluster: tessera.Cluster) -> Iterator[tessera.Client]:
-    with cluster.connect() as connected:
-        yield connected
+def client(request: pytest.FixtureRequest) -> Iterator[tessera.AnyClient]:
+    if os.environ.get(IN_PROCESS_VARIABLE):
+        with tessera.Simulation(servers=2) as simulation:
+            yield simulation
+    else:
+        cluster: tessera.Cluster = request.getfixturevalue("cluster")
+        with cluster.connect() as connected:
+            yield connected

@@ -77,7 +77,7 @@ def test_world_is_written_read_and_moved(client: tessera.Client, tmp_path: Path)
 
 
 def test_what_cannot_be_read_says_why(tmp_path: Path) -> None:
-    with pytest.raises(tessera.InvalidArgument, match="nowhere.sdf"):
+    with pytest.raises(tessera.NotFound, match="nowhere.sdf"):
         tessera.World.read(tmp_path / "nowhere.sdf")
     bad = tmp_path / "bad.pb"
     bad.write_bytes(b"\xff\xff")

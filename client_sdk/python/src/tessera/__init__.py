@@ -1,4 +1,8 @@
-"""Client of a Tessera cluster: rigid bodies in worlds of any size.
+"""Rigid bodies in worlds of any size: in this process, or on a cluster.
+
+    simulation = tessera.Simulation("worlds/tower.sdf")
+    simulation.step(60)
+    print(simulation.hash())
 
     with tessera.Cluster(servers=2) as cluster, cluster.connect() as client:
         client.load("worlds/tower.sdf")
@@ -9,13 +13,14 @@
 Units: m, kg, s, rad, N. Positions are a sector and a displacement from its centre, exact at any distance.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from tessera import commands, queries
 from tessera._proto.command_pb2 import Command
 from tessera._proto.world_pb2 import Shape
+from tessera.any_client import AnyClient, Balance, Status
 from tessera.body import Body, Motion, Program, Surface
-from tessera.body_streams import BodyStream
-from tessera.client import Client, ContactStream, DivergenceStream, ProgramStream, SeamStream, Status
-from tessera.cluster import Cluster
 from tessera.commands import PlacedBody, PlacedJoint
 from tessera.errors import (
     Aborted,
@@ -48,7 +53,6 @@ from tessera.frame import (
     Trajectory,
 )
 from tessera.joint import Axis, Drive, DriveMode, Joint, JointType, Mimic
-from tessera.joint_stream import JointFrame, JointStream
 from tessera.position import WorldPosition, relative_to
 from tessera.queries import Answers, Catalogue, Query
 from tessera.references import BodyName, JointName
@@ -85,22 +89,58 @@ from tessera.shape import (
     triangle_mesh,
     trigger,
 )
-from tessera.stream import Stream
+from tessera.simulation import Simulation
+from tessera.vector_env import Box, Copy, EnvState, VectorEnv
 from tessera.world import CentralGravity, Precision, SeamPolicy, Settings, World
+
+if TYPE_CHECKING:
+    from tessera.body_streams import BodyStream
+    from tessera.client import Client
+    from tessera.cluster import Cluster
+    from tessera.joint_stream import JointFrame, JointStream
+    from tessera.stream import ContactStream, DivergenceStream, ProgramStream, SeamStream, Stream
+
+# What needs gRPC, whose import takes as long as all others: loaded when it is first used.
+_LATER = {
+    "BodyStream": "body_streams",
+    "Client": "client",
+    "Cluster": "cluster",
+    "ContactStream": "stream",
+    "DivergenceStream": "stream",
+    "JointFrame": "joint_stream",
+    "JointStream": "joint_stream",
+    "ProgramStream": "stream",
+    "SeamStream": "stream",
+    "Stream": "stream",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LATER})
+
 
 __all__ = [
     "Aborted",
     "Added",
     "AlreadyExists",
     "Answers",
+    "AnyClient",
     "Applied",
     "Axis",
+    "Balance",
     "Body",
     "BodyDistance",
     "BodyFrame",
     "BodyName",
     "BodyStates",
     "BodyStream",
+    "Box",
     "Cancelled",
     "Catalogue",
     "CentralGravity",
@@ -111,6 +151,7 @@ __all__ = [
     "ContactFrame",
     "ContactPoint",
     "ContactStream",
+    "Copy",
     "DataLoss",
     "DeadlineExceeded",
     "Divergence",
@@ -120,6 +161,7 @@ __all__ = [
     "Drive",
     "DriveMode",
     "Dynamics",
+    "EnvState",
     "FailedPrecondition",
     "FoundBody",
     "FoundContacts",
@@ -158,6 +200,7 @@ __all__ = [
     "SeamPolicy",
     "SeamStream",
     "Settings",
+    "Simulation",
     "Shape",
     "Status",
     "Stream",
@@ -165,6 +208,7 @@ __all__ = [
     "TesseraError",
     "Trajectory",
     "Unavailable",
+    "VectorEnv",
     "World",
     "WorldPosition",
     "bounding_radius",

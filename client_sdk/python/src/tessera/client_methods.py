@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
     from tessera._proto.command_pb2 import Command
-    from tessera.client import Client
+    from tessera.any_client import AnyClient
     from tessera.queries import Query
     from tessera.results import Added
 
@@ -17,30 +17,30 @@ T = TypeVar("T")
 M = TypeVar("M", bound=Callable[..., Any])
 
 
-def doing(make: Callable[P, Command | list[Command]]) -> Callable[Concatenate[Client, P], int]:
+def doing(make: Callable[P, Command | list[Command]]) -> Callable[Concatenate[AnyClient, P], int]:
     """Applies the command, and returns the tick at which it takes effect."""
 
-    def method(self: Client, /, *args: P.args, **kwargs: P.kwargs) -> int:
+    def method(self: AnyClient, /, *args: P.args, **kwargs: P.kwargs) -> int:
         made = make(*args, **kwargs)
         return self.apply(made if isinstance(made, list) else [made]).tick
 
     return _as(make, method)
 
 
-def adding(make: Callable[P, Command]) -> Callable[Concatenate[Client, P], Added]:
+def adding(make: Callable[P, Command]) -> Callable[Concatenate[AnyClient, P], Added]:
     """Applies the command, and returns what it makes."""
 
-    def method(self: Client, /, *args: P.args, **kwargs: P.kwargs) -> Added:
+    def method(self: AnyClient, /, *args: P.args, **kwargs: P.kwargs) -> Added:
         (added,) = self.apply([make(*args, **kwargs)]).created
         return added
 
     return _as(make, method)
 
 
-def asking(make: Callable[P, Query[T]]) -> Callable[Concatenate[Client, P], T]:
+def asking(make: Callable[P, Query[T]]) -> Callable[Concatenate[AnyClient, P], T]:
     """Asks the query, and returns its result."""
 
-    def method(self: Client, /, *args: P.args, **kwargs: P.kwargs) -> T:
+    def method(self: AnyClient, /, *args: P.args, **kwargs: P.kwargs) -> T:
         return self.ask_one(make(*args, **kwargs))
 
     return _as(make, method)
@@ -55,6 +55,6 @@ def _as(make: Callable[..., Any], method: M) -> M:
         parameters=[own, *signature.parameters.values()], return_annotation=returned
     )
     method.__name__ = make.__name__
-    method.__qualname__ = f"Client.{make.__name__}"
+    method.__qualname__ = f"AnyClient.{make.__name__}"
     method.__doc__ = make.__doc__
     return method

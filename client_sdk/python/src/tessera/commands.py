@@ -20,16 +20,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from tessera._proto import world_pb2
 from tessera._proto.command_pb2 import AddJoint, Model, Spawn
 from tessera._proto.command_pb2 import Command as Command  # for annotations
 from tessera.body import Body, Motion
 from tessera.client_methods import adding, doing
+from tessera.columns import put_numbers
 from tessera.joint import Drive, DriveMode, Joint
 from tessera.position import (
     IDENTITY,
+    Floats,
     PositionLike,
     Vector,
     VectorLike,
@@ -314,7 +316,7 @@ def set_drive(joint: JointName, drive: Drive, axis: int = 1) -> Command:
 
 
 def set_drives(
-    joints: Sequence[JointName] | ArrayLike,
+    joints: Sequence[JointName] | NDArray[Any],
     targets: ArrayLike,
     mode: DriveMode = DriveMode.POSITION,
     *,
@@ -324,20 +326,25 @@ def set_drives(
     effort: ArrayLike = 0.0,
     axis: int = 1,
 ) -> list[Command]:
-    """Drives n joints, with a command for each: values are of shape [n], or one for all. See `Drive`, also for the
-    units.
+    """Drives n joints: values are of shape [n], or one for all. See `Drive`, also for the units. Where all joints are
+    given by ids, it is one command, and takes a fraction of the time.
     """
-    names = joints.tolist() if isinstance(joints, np.ndarray) else list(joints)  # type: ignore[arg-type]
-    columns = [
-        _column(values, len(names), name)
-        for name, values in (
-            ("targets", targets),
-            ("stiffness", stiffness),
-            ("damping", damping),
-            ("velocity", velocity),
-            ("effort", effort),
+    given = {
+        "targets": targets,
+        "stiffness": stiffness,
+        "damping": damping,
+        "velocities": velocity,
+        "efforts": effort,
+    }
+    if isinstance(joints, np.ndarray) or not any(isinstance(name, str) for name in joints):
+        ids = np.asarray(joints, dtype=np.uint64)
+        command = Command(drive_joints={"axis": axis, "mode": mode.value})
+        put_numbers(
+            command.drive_joints, joints=ids, **{name: _array(values, len(ids), name) for name, values in given.items()}
         )
-    ]
+        return [command]
+    names = list(joints)
+    columns = [np.broadcast_to(_array(values, len(names), name), len(names)).tolist() for name, values in given.items()]
     result = []
     for name, *values in zip(names, *columns):
         command = Command()
@@ -379,9 +386,9 @@ def _of(kind: str, body: BodyName, **fields: Any) -> Command:
     return Command(**{kind: {"body": reference(body), **fields}})
 
 
-def _column(values: ArrayLike, count: int, name: str) -> list[float]:
+def _array(values: ArrayLike, count: int, name: str) -> Floats:
+    """Of one number, or of one for each of `count`."""
     array = np.asarray(values, dtype=np.float64)
     if array.ndim > 1 or (array.ndim == 1 and len(array) != count):
         raise ValueError(f"{name}: one number or {count} are expected, not an array of shape {array.shape}")
-    column: list[float] = np.broadcast_to(array, count).tolist()
-    return column
+    return np.atleast_1d(array)

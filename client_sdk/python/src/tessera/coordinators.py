@@ -10,11 +10,12 @@ from typing import Any
 import grpc
 
 from tessera._proto import tessera_pb2, tessera_pb2_grpc
-from tessera.errors import Unavailable, raising
+from tessera.deadline import is_worth_another
+from tessera.errors import Unavailable
+from tessera.grpc_errors import raising
 from tessera.keys import Keys
 
 ANSWER_MAX_S = 1.0  # how long one of several may take to tell whether it leads
-ASK_AGAIN_S = 0.05
 
 _SESSION_HEADER = "tessera-session"  # proto/session_header.h
 _STANDS_BY = b"tessera/stands-by"  # proto/status.cc
@@ -144,11 +145,3 @@ class Coordinators:
 
 def stands_by(error: grpc.RpcError) -> bool:
     return any(value == _STANDS_BY for _, value in error.trailing_metadata() or ())
-
-
-def is_worth_another(deadline: float | None) -> bool:
-    """Waits a little before a call is made again; false, and at once, where its deadline comes before."""
-    if deadline is not None and time.monotonic() + ASK_AGAIN_S >= deadline:
-        return False
-    time.sleep(ASK_AGAIN_S)
-    return True

@@ -5,11 +5,6 @@ Each corresponds to a status code of gRPC, and derives from the closest built-in
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator
-
-import grpc
-
 
 class TesseraError(Exception):
     """The base class of all errors of this package."""
@@ -63,41 +58,28 @@ class Unavailable(TesseraError, ConnectionError):
     """A process of the cluster cannot be reached, or is gone."""
 
 
-_BY_CODE: dict[grpc.StatusCode, type[TesseraError]] = {
-    grpc.StatusCode.INVALID_ARGUMENT: InvalidArgument,
-    grpc.StatusCode.OUT_OF_RANGE: OutOfRange,
-    grpc.StatusCode.NOT_FOUND: NotFound,
-    grpc.StatusCode.ALREADY_EXISTS: AlreadyExists,
-    grpc.StatusCode.FAILED_PRECONDITION: FailedPrecondition,
-    grpc.StatusCode.PERMISSION_DENIED: PermissionDenied,
-    grpc.StatusCode.UNAUTHENTICATED: PermissionDenied,
-    grpc.StatusCode.RESOURCE_EXHAUSTED: ResourceExhausted,
-    grpc.StatusCode.ABORTED: Aborted,
-    grpc.StatusCode.CANCELLED: Cancelled,
-    grpc.StatusCode.DEADLINE_EXCEEDED: DeadlineExceeded,
-    grpc.StatusCode.DATA_LOSS: DataLoss,
-    grpc.StatusCode.UNAVAILABLE: Unavailable,
+_BY_NUMBER: dict[int, type[TesseraError]] = {
+    1: Cancelled,
+    3: InvalidArgument,
+    4: DeadlineExceeded,
+    5: NotFound,
+    6: AlreadyExists,
+    7: PermissionDenied,
+    8: ResourceExhausted,
+    9: FailedPrecondition,
+    10: Aborted,
+    11: OutOfRange,
+    14: Unavailable,
+    15: DataLoss,
+    16: PermissionDenied,
 }
 
-_BY_NUMBER = {code.value[0]: kind for code, kind in _BY_CODE.items()}
 
-
-@contextlib.contextmanager
-def raising(where: str) -> Iterator[None]:
-    """Raises the exceptions of this package for failed calls; `where` as in from_grpc()."""
-    try:
-        yield
-    except grpc.RpcError as error:
-        raise from_grpc(error, where) from None
-
-
-def from_grpc(error: grpc.RpcError, where: str = "") -> TesseraError:
-    """The exception for a failed call; `where` names the failing party if the message does not."""
-    kind = _BY_CODE.get(error.code(), TesseraError)
-    spoken = kind not in (Unavailable, DeadlineExceeded)
-    return kind(error.details() if spoken or not where else f"{where}: {error.details()}")
+def kind_of(code: int) -> type[TesseraError]:
+    """The class of the exceptions for a status code of gRPC as a number."""
+    return _BY_NUMBER.get(code, TesseraError)
 
 
 def from_number(code: int, message: str) -> TesseraError:
     """The exception for a status code of gRPC as a number, in a reply."""
-    return _BY_NUMBER.get(code, TesseraError)(message)
+    return kind_of(code)(message)

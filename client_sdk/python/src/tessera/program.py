@@ -24,6 +24,14 @@ def find() -> str:
     raise NotFound(f"the program tessera was not found: {where}")
 
 
+def beside(name: str) -> str:
+    """The path of another program of Tessera: beside `tessera`, or on PATH. NotFound if there is none."""
+    path = shutil.which(name, path=os.path.dirname(os.path.realpath(find()))) or shutil.which(name)
+    if path:
+        return path
+    raise NotFound(f"the program {name} was not found beside tessera, nor on PATH")
+
+
 def run(*arguments: str) -> str:
     """The output of the program. InvalidArgument, with its message, if it fails."""
     done = subprocess.run([find(), *arguments], capture_output=True, text=True)

@@ -13,8 +13,10 @@ from typing import Any, TypeVar
 import grpc
 
 from tessera._proto import tessera_pb2
-from tessera.coordinators import Coordinators, is_worth_another, stands_by
-from tessera.errors import Cancelled, DeadlineExceeded, TesseraError, Unavailable, from_grpc, from_number
+from tessera.coordinators import Coordinators, stands_by
+from tessera.deadline import is_worth_another
+from tessera.errors import Cancelled, DeadlineExceeded, TesseraError, Unavailable, from_number
+from tessera.grpc_errors import from_grpc
 
 WINDOW = 1024  # requests without a reply
 # Without an answer for so long, requests are given up. A coordinator that is replaced is back within a second or two,

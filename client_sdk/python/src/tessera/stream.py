@@ -26,8 +26,9 @@ from tessera.errors import (
     ResourceExhausted,
     TesseraError,
     Unavailable,
-    from_grpc,
 )
+from tessera.frame import ContactFrame, DivergenceFrame, ProgramFrame, SeamFrame
+from tessera.grpc_errors import from_grpc
 from tessera.keys import Keys
 from tessera.stream_merger import Part, StreamMerger
 
@@ -119,6 +120,12 @@ class Stream(Generic[Part, Frame]):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.cancel()
+
+
+ContactStream: TypeAlias = Stream[tessera_pb2.ContactBatch, ContactFrame]
+DivergenceStream: TypeAlias = Stream[tessera_pb2.DivergenceBatch, DivergenceFrame]
+ProgramStream: TypeAlias = Stream[tessera_pb2.ProgramBatch, ProgramFrame]
+SeamStream: TypeAlias = Stream[tessera_pb2.SeamBatch, SeamFrame]
 
 
 @dataclass

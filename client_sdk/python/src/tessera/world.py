@@ -9,9 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from google.protobuf.message import DecodeError
+
+from tessera import compiled
 from tessera._proto import world_pb2
 from tessera.body import Body
-from tessera.errors import NotFound
+from tessera.errors import InvalidArgument, NotFound, from_number
 from tessera.joint import Joint
 from tessera.position import (
     ORIGIN,
@@ -114,12 +117,17 @@ class World:
     def read(cls, path: str | os.PathLike[str], options: Sequence[str] = ()) -> World:
         """Reads an SDF or URDF file, or NAME.pb, which `write()` and `tessera convert` write.
 
-        The program `tessera` reads it (see `tessera.program`), so a world is the same, bit for bit, whoever
-        loads it. `options` are those of `tessera convert`, such as
-        `("--shift", "2^40,0,0")`.
+        `options` are those of `tessera convert`, such as `("--shift", "2^40,0,0")`. With them, or where this package
+        has no compiled parts, the program `tessera` reads the file (see `tessera.program`); a world is the same, bit
+        for bit, whoever reads it.
 
-        Raises NotFound if the program is missing, and InvalidArgument, with its message, if it refuses.
+        Raises NotFound if the file or the program is missing, and InvalidArgument, with what is wrong, for a file that
+        is refused.
         """
+        if Path(path).suffix == ".pb" and not options:
+            return cls._of_message(Path(path))
+        if not options and compiled.is_there():
+            return cls._read_here(path)
         with tempfile.TemporaryDirectory(prefix="tessera-") as folder:
             converted = Path(folder) / "world.pb"
             said = run("convert", os.fspath(path), str(converted), *options)
@@ -129,6 +137,42 @@ class World:
         world.notices = [line.removeprefix(NOTE) for line in lines if line.startswith(NOTE)]
         world.repairs = [line.removeprefix(REPAIRED) for line in lines if line.startswith(REPAIRED)]
         return world
+
+    @classmethod
+    def _of_message(cls, path: Path) -> World:
+        world = cls()
+        try:
+            world.message.ParseFromString(path.read_bytes())
+        except FileNotFoundError:
+            raise NotFound(f"{path}: there is no such file") from None
+        except DecodeError:
+            raise InvalidArgument(f"{path} is no world (a message tessera.v1.World)") from None
+        return world
+
+    @classmethod
+    def _read_here(cls, path: str | os.PathLike[str]) -> World:
+        code, failure, message, notices, repairs = compiled.native().read_world(os.fspath(path))
+        if code != 0:
+            raise from_number(code, failure)
+        world = cls()
+        world.message.ParseFromString(message)
+        world.notices, world.repairs = notices, repairs
+        return world
+
+    @property
+    def precision(self) -> Precision:
+        """Of its settings; by default FLOAT32."""
+        given = self.message.settings
+        return Precision(given.precision) if given.HasField("precision") else Precision.FLOAT32
+
+    def with_precision(self, precision: Precision) -> World:
+        """This world, or if it has another precision, a copy that has this one."""
+        if self.precision is precision:
+            return self
+        other = World()
+        other.message.CopyFrom(self.message)
+        other.message.settings.precision = precision.value
+        return other
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes the world to NAME.pb, which `tessera load` and `tessera run` accept."""

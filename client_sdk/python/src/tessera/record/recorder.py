@@ -14,7 +14,7 @@ import numpy as np
 from google.protobuf import json_format
 
 from tessera._proto import query_pb2, tessera_pb2, world_pb2
-from tessera.client import CALL_TIMEOUT_S, Client, Status
+from tessera.any_client import CALL_TIMEOUT_S, AnyClient, Status
 from tessera.errors import Cancelled, InvalidArgument, NotFound
 from tessera.frame import BodyFrame, Ids, ProgramFrame, body_batch, body_frame
 from tessera.position import Sector, SectorLike, sector_message, to_sector
@@ -46,7 +46,7 @@ class Recorder:
 
     def __init__(
         self,
-        client: Client,
+        client: AnyClient,
         path: str | os.PathLike[str],
         *,
         every: int = 1,

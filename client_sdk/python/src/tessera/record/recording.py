@@ -11,7 +11,7 @@ from google.protobuf import json_format
 from numpy.typing import NDArray
 
 from tessera._proto import query_pb2, tessera_pb2, world_pb2
-from tessera.client import Status
+from tessera.any_client import Status
 from tessera.errors import InvalidArgument, NotFound
 from tessera.frame import BodyFrame, ContactFrame, Trajectory, body_frame, contact_frame, trajectory
 from tessera.position import Sector
