@@ -11,7 +11,7 @@
 namespace tessera::cli {
 
 // What load_world() takes, for the help.
-inline constexpr const char* kWorldFile = "SDF or URDF file, or NAME.pb of tessera convert";
+inline constexpr const char* kWorldFile = "SDF, URDF or MJCF file, or NAME.pb of tessera convert";
 
 absl::StatusOr<Precision> parse_precision(const std::string& text);
 

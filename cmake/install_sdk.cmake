@@ -1,6 +1,6 @@
 # Installs what other applications need: headers, libraries, a CMake package, a pkg-config file. The package has the
 # components `client` (the C++ SDK, and the library for C), `simulation` (a world in the application's own process) and
-# `world_files` (the reader of SDF and URDF); each is a set of exported targets that depends on that of `model`.
+# `world_files` (the reader of SDF, URDF and MJCF); each is a set of exported targets that depends on that of `model`.
 include(CMakePackageConfigHelpers)
 
 set(archives ${CMAKE_INSTALL_LIBDIR}/tessera)

@@ -7,6 +7,7 @@
 #   deploy/build.sh release tessera-viewer     the web UI
 #   deploy/build.sh release tessera-wasm       the engine of programs in WebAssembly
 #   deploy/build.sh release tessera-python     the compiled part of the Python package, which pip then installs
+#   deploy/build.sh release tessera tessera-mjcf   the command, with the reader of worlds and robots of MuJoCo
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -30,7 +31,7 @@ fi
 "$top/deploy/install_dependencies.sh" "$group"
 # What has a target once its packages are there.
 later=()
-for name in wasm python; do
+for name in wasm mjcf python; do
   [[ " $* " == *" tessera-$name "* ]] || continue
   later+=("tessera-$name")
   "$top/deploy/install_dependencies.sh" "$name"

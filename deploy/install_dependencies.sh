@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
-# deploy/install_dependencies.sh [run|wasm|python|web|test]: installs the missing packages that Tessera needs on Debian 12
-# (bookworm), and nothing else. Uses sudo if it does not run as root. Each group includes `run`, and `test` all:
+# deploy/install_dependencies.sh [run|wasm|mjcf|python|web|package|test]: installs the missing packages that Tessera needs on
+# Debian 12 (bookworm), and nothing else. Uses sudo if it does not run as root. Each group includes `run`, which is the default:
 #
-#   run     to build and run worlds (the default)
-#   wasm    for programs in WebAssembly: their engine
-#   python  for simulations in Python, and its package
-#   web     for the web UI: Node.js and npm
-#   test    for the tests: test libraries, Python, a browser, the formatter
+#   run      to build and run worlds
+#   wasm     for programs in WebAssembly: their engine
+#   mjcf     for worlds and robots of MuJoCo
+#   python   for simulations in Python, and its package
+#   web      for the web UI: Node.js and npm
+#   package  for the Debian packages
+#   test     for the tests: test libraries, Python, a browser, the formatter
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -30,6 +32,8 @@ wasm_packages=(libmozjs-102-dev)
 python_packages=(
   pybind11-dev python3-dev python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-venv
 )
+package_packages=(dpkg-dev file help2man)
+mjcf_packages=(libmujoco-dev)
 test_packages=(
   ccache clang-format-14 clang-tidy-16 etcd-server file libgeographiclib-dev libgmock-dev libgtest-dev libyaml-cpp-dev valgrind
   # what makes and compares programs in WebAssembly
@@ -42,11 +46,13 @@ test_packages=(
 case ${1:-run} in
   run) ;;
   wasm) packages+=("${wasm_packages[@]}") ;;
+  mjcf) packages+=("${mjcf_packages[@]}") ;;
   python) packages+=("${python_packages[@]}") ;;
   web) packages+=("${web_packages[@]}") ;;
-  test) packages+=("${wasm_packages[@]}" "${python_packages[@]}" "${web_packages[@]}" "${test_packages[@]}") ;;
+  package) packages+=("${wasm_packages[@]}" "${mjcf_packages[@]}" "${python_packages[@]}" "${web_packages[@]}" "${package_packages[@]}") ;;
+  test) packages+=("${wasm_packages[@]}" "${mjcf_packages[@]}" "${python_packages[@]}" "${web_packages[@]}" "${test_packages[@]}") ;;
   *)
-    sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+    sed -n '2,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
     exit 2
     ;;
 esac

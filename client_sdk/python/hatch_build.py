@@ -83,7 +83,8 @@ def compiled_parts(root: Path) -> list[Path]:
     modules = sorted(folder.glob("_native.*.so"))
     if not modules:
         return []
-    return [*modules, *sorted(folder.glob("libtessera-engine-*.so")), *sorted(folder.glob("libtessera-wasm.so"))]
+    libraries = ("libtessera-engine-f32.so", "libtessera-engine-f64.so", "libtessera-mjcf.so", "libtessera-wasm.so")
+    return [*modules, *(folder / name for name in libraries if (folder / name).exists())]
 
 
 class GenerateMessages(BuildHookInterface):

@@ -10,6 +10,8 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <string>
@@ -35,13 +37,23 @@ constexpr double kProcessorTimeMax = 20;                 // s, of all ticks
 constexpr std::chrono::seconds kProcessorTimeKill{120};  // of loading, too
 constexpr double kGapMax = 1e-3;                         // m
 
+// MuJoCo's files end as any XML does. Parts of others have no world.
+bool is_mjcf(const std::filesystem::path& file) {
+  if (file.extension() != ".xml") return false;
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const bool is_whole = absl::StrContains(text, "<mujoco>") || absl::StrContains(text, "<mujoco ");
+  return is_whole && absl::StrContains(text, "<worldbody");
+}
+
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   std::error_code ignored;
   const auto options = std::filesystem::directory_options::skip_permission_denied;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, options, ignored)) {
     const std::string ending = entry.path().extension().string();
-    if (entry.is_regular_file(ignored) && (ending == ".sdf" || ending == ".urdf" || ending == ".world"))
+    const bool is_world = ending == ".sdf" || ending == ".urdf" || ending == ".world";
+    if (entry.is_regular_file(ignored) && (is_world || is_mjcf(entry.path())))
       files.push_back(std::filesystem::relative(entry.path(), folder));
   }
   std::ranges::sort(files);
@@ -241,7 +253,7 @@ absl::StatusOr<Report> measure_models(const ExperimentOptions& options, const Pr
     return !absl::StrContains(file.string(), options.only);
   });
   if (files.empty())
-    return absl::InvalidArgumentError(absl::StrCat("no .sdf, .world or .urdf file in ", options.worlds,
+    return absl::InvalidArgumentError(absl::StrCat("no .sdf, .world, .urdf or MJCF file in ", options.worlds,
                                                    " whose path contains \"", options.only, "\""));
   absl::StatusOr<Report> report = measure_each(files, progress, [&](const std::filesystem::path& file) {
     Report one;

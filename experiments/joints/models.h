@@ -5,11 +5,11 @@
 
 namespace tessera {
 
-// All SDF and URDF files (.sdf, .world, .urdf) below the folder of worlds, each in a process of its own, so
-// that a crash or an endless loop also becomes a row: 10 s in one partition, 2 s if quick, or as far as 20 s
-// of processor time lead. The same in two partitions, in turns. Models that a file includes are searched as
-// `tessera run` does. A robot (joints, and nothing that is static or held by the world) is then set on a
-// plane, held by servos for 5 s, and driven (on_plane.h).
+// All SDF, URDF and MJCF files (.sdf, .world, .urdf, .xml) below the folder of worlds, each in a process of
+// its own, so that a crash or an endless loop also becomes a row: 10 s in one partition, 2 s if quick, or as
+// far as 20 s of processor time lead. The same in two partitions, in turns. Models that a file includes are
+// searched as `tessera run` does. A robot (joints, and nothing that is static or held by the world) is then
+// set on a plane, held by servos for 5 s, and driven (on_plane.h).
 //
 // Table "rows": {engine, file, outcome, message, bodies, joints, repairs, notices, seconds, start_gap_mm,
 // gap_mm, diverged, first, awake, speed_m_s, kinetic_j, energy_gain_j, same_bits, tick_us, hash, lowest_mm,

@@ -57,24 +57,6 @@ double bounded(double limit) {
   return std::abs(limit) >= kNoLimit ? std::copysign(kUnbounded, limit) : limit;
 }
 
-// An angle is known up to whole turns only: a value beyond half a turn is not a limit.
-void set_angle_limits(double lower, double upper, JointAxis& axis, Notices& notices) {
-  if (lower >= -pi && upper <= pi) {
-    axis.lower = lower;
-    axis.upper = upper;
-    return;
-  }
-  if (lower <= -pi && upper >= pi) {
-    if (std::isfinite(lower) || std::isfinite(upper)) {
-      notices.count("joint whose limits are a full turn or more apart: turns freely");
-    }
-    return;
-  }
-  notices.count("joint with a limit beyond half a turn: it stops at half a turn");
-  axis.lower = std::max(lower, -pi);
-  axis.upper = std::min(upper, pi);
-}
-
 JointAxis axis_of(const sdf::JointAxis* from, JointType type, const std::string& joint, Notices& notices) {
   JointAxis axis;
   if (from == nullptr) return axis;
@@ -98,24 +80,6 @@ JointAxis axis_of(const sdf::JointAxis* from, JointType type, const std::string&
   axis.spring_stiffness = from->SpringStiffness();
   axis.spring_reference = from->SpringReference();
   return axis;
-}
-
-// The rotation whose x is `x` and whose y is as near to `y` as can be.
-Quaterniond frame_along(const Vector3d& x, const Vector3d& y) {
-  Eigen::Matrix3d axes;
-  axes.col(0) = x;
-  axes.col(1) = (y - x * x.dot(y)).normalized();
-  axes.col(2) = x.cross(axes.col(1));
-  return Quaterniond(axes).normalized();
-}
-
-// The rotation whose x is `x`; the rest is the same for the same x.
-Quaterniond frame_along(const Vector3d& x) {
-  int least = 0;
-  x.cwiseAbs().minCoeff(&least);
-  Vector3d helper = Vector3d::Unit(least);
-  if (x == Vector3d::UnitX()) helper = Vector3d::UnitY();
-  return frame_along(x, helper);
 }
 
 // The numbers that prepare_joint() kept in an element.
@@ -179,6 +143,39 @@ absl::StatusOr<Quaterniond> axes_of(const sdf::Joint& joint, JointType type) {
 }
 
 }  // namespace
+
+void set_angle_limits(double lower, double upper, JointAxis& axis, Notices& notices) {
+  if (lower >= -pi && upper <= pi) {
+    axis.lower = lower;
+    axis.upper = upper;
+    return;
+  }
+  if (lower <= -pi && upper >= pi) {
+    if (std::isfinite(lower) || std::isfinite(upper)) {
+      notices.count("joint whose limits are a full turn or more apart: turns freely");
+    }
+    return;
+  }
+  notices.count("joint with a limit beyond half a turn: it stops at half a turn");
+  axis.lower = std::max(lower, -pi);
+  axis.upper = std::min(upper, pi);
+}
+
+Quaterniond frame_along(const Vector3d& x, const Vector3d& y) {
+  Eigen::Matrix3d axes;
+  axes.col(0) = x;
+  axes.col(1) = (y - x * x.dot(y)).normalized();
+  axes.col(2) = x.cross(axes.col(1));
+  return Quaterniond(axes).normalized();
+}
+
+Quaterniond frame_along(const Vector3d& x) {
+  int least = 0;
+  x.cwiseAbs().minCoeff(&least);
+  Vector3d helper = Vector3d::Unit(least);
+  if (x == Vector3d::UnitX()) helper = Vector3d::UnitY();
+  return frame_along(x, helper);
+}
 
 absl::StatusOr<Vector3d> direction_of(const sdf::JointAxis* axis) {
   if (axis == nullptr) return Vector3d(Vector3d::UnitZ());

@@ -44,6 +44,15 @@ absl::StatusOr<Eigen::Vector3d> direction_of(const sdf::JointAxis* axis);
 // None for an unsupported joint; `notices` gets what is changed or left out.
 absl::StatusOr<std::optional<JointKind>> read_joint(const sdf::Joint& joint, Notices& notices);
 
+// Sets the limits of an angle, which is known up to whole turns only: a value beyond half a turn is not a
+// limit, which `notices` gets.
+void set_angle_limits(double lower, double upper, JointAxis& axis, Notices& notices);
+
+// The rotation whose x is `x` and whose y is as near to `y` as can be; without `y`, the rest is the same for
+// the same x.
+Eigen::Quaterniond frame_along(const Eigen::Vector3d& x, const Eigen::Vector3d& y);
+Eigen::Quaterniond frame_along(const Eigen::Vector3d& x);
+
 // `pose`, turned about its own origin.
 Pose turned(const Pose& pose, const Eigen::Quaterniond& by);
 

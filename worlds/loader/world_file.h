@@ -1,4 +1,4 @@
-// World files: SDF 1.6 to 1.9 and URDF, read into a world as data.
+// World files: SDF 1.6 to 1.9, URDF and MuJoCo's MJCF, read into a world as data.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -26,17 +26,18 @@ enum class Faults {
   kRefuse,  // INVALID_ARGUMENT with all of them
 };
 
-// Reads an SDF world, an SDF model or a URDF robot; the content decides which. A model or a robot becomes a
-// world of its own with default settings. Includes and meshes are files of this machine; elements that are
-// not physics (lights, visuals, cameras, unknown plugins) are skipped and counted.
+// Reads an SDF world, an SDF model, a URDF robot or an MJCF model; the content decides which. A model or a
+// robot becomes a world of its own with default settings. Includes and meshes are files of this machine;
+// elements that are not physics (lights, visuals, cameras, unknown plugins) are skipped and counted.
 //
 // Elements with the prefix `tessera:` are read as well; tessera_elements.h lists them.
 //
 // NOT_FOUND if the file does not exist, or with all includes and meshes that do not; INVALID_ARGUMENT, with
 // file, line and element, for invalid input: malformed, too large or too deeply nested XML, numbers out of
-// bounds, names used twice; OUT_OF_RANGE for positions outside the 64-bit range of sectors.
+// bounds, names used twice; OUT_OF_RANGE for positions outside the 64-bit range of sectors;
+// FAILED_PRECONDITION for MJCF without MuJoCo, which reads it, with the package to install.
 //
-// Thread-safe; libsdformat is used by one thread at a time.
+// Thread-safe; libsdformat and MuJoCo are used by one thread at a time.
 absl::StatusOr<LoadedWorld> load_world_file(const std::filesystem::path& file,
                                             Faults faults = Faults::kRepair);
 

@@ -107,7 +107,7 @@ std::vector<Row> xml_rows() {
        {"DOCTYPE", "not allowed"}},
       {"DeeplyNested", nested(70), {"nested deeper than 64"}},
       {"VeryDeeplyNested", nested(100000), {"nested deeper than 64"}},
-      {"OtherRoot", "<html/>", {"<html>", "<sdf> or <robot>"}},
+      {"OtherRoot", "<html/>", {"<html>", "<sdf>, <robot> or <mujoco>"}},
       {"NoVersion", "<sdf><world name='w'/></sdf>", {"<sdf>", "'version' is missing"}},
       {"StrangeVersion", "<sdf version='2.0'><world name='w'/></sdf>", {"'2.0'", "1.9"}},
       {"NoWorld", "<sdf version='1.9'/>", {"neither a <world> nor a <model>"}},

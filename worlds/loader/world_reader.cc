@@ -27,6 +27,7 @@
 #include "worlds/loader/urdf.h"
 #include "worlds/loader/world_joint.h"
 #include "worlds/loader/world_settings.h"
+#include "worlds/mjcf/reader.h"
 
 namespace tessera {
 namespace {
@@ -143,7 +144,8 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     root = &converted->root();
   }
   rename_root(*root, notices_);
-  if (!xml::is(*root, "sdf")) return xml::invalid(*root, "the root element must be <sdf> or <robot>");
+  if (!xml::is(*root, "sdf"))
+    return xml::invalid(*root, "the root element must be <sdf>, <robot> or <mujoco>");
   const absl::StatusOr<std::string> version = sdf_version(*root, notices_);
   if (!version.ok()) return version.status();
   version_ = *version;
@@ -568,6 +570,7 @@ absl::Status WorldReader::add_world_joint(Placed& placed) {
 }  // namespace
 
 absl::StatusOr<WorldDescription> read_world(xml::File& file, Notices& notices, Looks* looks) {
+  if (xml::is(file.root(), "mujoco")) return mjcf::read_mjcf(file, notices, looks);
   return WorldReader(file, notices, looks).read();
 }
 

@@ -1,4 +1,4 @@
-// Reads an SDF world: settings first, then everything with a pose, then bodies.
+// Reads a world. Of SDF: settings first, then everything with a pose, then bodies.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-"""The program `tessera`, which reads SDF and URDF files and starts clusters.
+"""The program `tessera`, which reads SDF, URDF and MJCF files and starts clusters.
 
 Its path is in the environment variable TESSERA_COMMAND, or else it is found on PATH.
 """

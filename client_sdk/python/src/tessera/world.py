@@ -115,7 +115,7 @@ class World:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], options: Sequence[str] = ()) -> World:
-        """Reads an SDF or URDF file, or NAME.pb, which `write()` and `tessera convert` write.
+        """Reads an SDF, URDF or MJCF file, or NAME.pb, which `write()` and `tessera convert` write.
 
         `options` are those of `tessera convert`, such as `("--shift", "2^40,0,0")`. With them, or where this package
         has no compiled parts, the program `tessera` reads the file (see `tessera.program`); a world is the same, bit
