@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <string_view>
+#include <vector>
 
 #include "cli/interrupt.h"
 #include "cli/terminal.h"
@@ -26,8 +28,14 @@ void complain(const CLI::App& app, const absl::Status& status) {
 
 int run_application(CLI::App& app, int argc, char** argv, const Action& action) {
   add_version_flag(app);
+  std::vector<char*> arguments(argv, argv + argc);
+  char help[] = "--help";
+  if (argc > 1 && std::string_view(argv[1]) == "help") {  // `tessera help run` is `tessera run --help`
+    arguments.erase(arguments.begin() + 1);
+    arguments.push_back(help);
+  }
   try {
-    parse_command_line(app, argc, argv);
+    parse_command_line(app, static_cast<int>(arguments.size()), arguments.data());
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kSuccess : kUsage;
   }

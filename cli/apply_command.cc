@@ -32,8 +32,8 @@ absl::StatusOr<std::string> read_text(const std::string& file) {
 void add_apply_command(CLI::App& app, Action& action) {
   CLI::App& command = add_command(
       app, "apply",
-      "Do what a JSON file says, in one message: commands at one tick, whole or not at all, ticks, "
-      "queries. Prints the answers.",
+      "Send a request from a JSON file: commands that take effect together at one tick or not at all, "
+      "ticks, and queries. Prints the answers.",
       "echo '{\"commands\": [{\"applyImpulse\": {\"body\": {\"name\": \"crate\"}, \"impulse\": "
       "{\"z\": 5}}}], \"queries\": [{\"states\": {\"namePrefix\": \"crate\"}}]}' | tessera apply -");
   const auto file = std::make_shared<std::string>();

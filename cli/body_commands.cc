@@ -87,7 +87,7 @@ absl::Status spawn_model(const BodyOptions& options, Client& client, nlohmann::j
 
 void add_spawn(CLI::App& app, Action& action) {
   CLI::App& command =
-      add_command(app, "spawn", "Put a new body, or the model of a file, into the world.",
+      add_command(app, "spawn", "Add a body, or the model of a file.",
                   "tessera spawn --name crate --shape box:1,1,1 --mass 10 --at 0,0,5 --sector 0,0,0\n"
                   "  tessera spawn --model worlds/models/walker.sdf --name guard --at 3,3,1");
   const auto options = std::make_shared<BodyOptions>();
@@ -97,11 +97,11 @@ void add_spawn(CLI::App& app, Action& action) {
       add_parsed(command, "--shape", options->shape, parse_shape,
                  "box:X,Y,Z sphere:R capsule:R,LENGTH cylinder:R,LENGTH ellipsoid:X,Y,Z plane:X,Y,Z")
           ->needs(name);
-  CLI::Option* model =
-      command
-          .add_option("--model", options->model, "FILE: the model of an SDF or URDF file, instead of a shape")
-          ->check(CLI::ExistingFile)
-          ->excludes(shape);
+  CLI::Option* model = command
+                           .add_option("--model", options->model,
+                                       "FILE: the model of an SDF, URDF or MJCF file, instead of a shape")
+                           ->check(CLI::ExistingFile)
+                           ->excludes(shape);
   command.parse_complete_callback([shape, model] {
     if (shape->empty() && model->empty()) throw CLI::RequiredError("--shape or --model");
   });
@@ -123,8 +123,7 @@ void add_spawn(CLI::App& app, Action& action) {
 }
 
 void add_remove(CLI::App& app, Action& action) {
-  CLI::App& command =
-      add_command(app, "remove", "Take a body, or a model, out of the world.", "tessera remove crate");
+  CLI::App& command = add_command(app, "remove", "Remove a body or a model.", "tessera remove crate");
   const auto options = std::make_shared<BodyOptions>();
   add_body_option(command, *options);
   command.add_flag("--model", options->is_model, "it names a model, of which all bodies go");
@@ -159,17 +158,17 @@ constexpr VectorCommand kVectorCommands[] = {
      [](Client& client, const BodyName& body, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
        return client.set_velocity(body, a, b);
      }},
-    {"impulse", "Give a body a push.", "tessera impulse crate --impulse 0,0,50", "--impulse",
+    {"impulse", "Apply an impulse to a body.", "tessera impulse crate --impulse 0,0,50", "--impulse",
      "X,Y,Z: N s, world axes", "--lever", "X,Y,Z: where it acts, m from the centre of mass, world axes",
      [](Client& client, const BodyName& body, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
        return client.apply_impulse(body, a, b);
      }},
-    {"force", "Pull a body for one tick.", "tessera force crate --force 0,0,500 --torque 0,0,1", "--force",
-     "X,Y,Z: N, world axes", "--torque", "X,Y,Z: N m",
+    {"force", "Apply a force to a body for one tick.", "tessera force crate --force 0,0,500 --torque 0,0,1",
+     "--force", "X,Y,Z: N, world axes", "--torque", "X,Y,Z: N m",
      [](Client& client, const BodyName& body, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
        return client.apply_force(body, a, b);
      }},
-    {"belt", "Start or stop the moving surface of a body: a conveyor belt, a track.",
+    {"belt", "Start or stop the moving surface of a body (conveyor belt, track).",
      "tessera belt conveyor --velocity 0.5,0,0", "--velocity",
      "X,Y,Z: m/s, in the body frame; 0,0,0 stops it", "--running",
      "X,Y,Z: m/s, the axis that it runs around, as a track does",
@@ -190,8 +189,9 @@ void add_vector_command(CLI::App& app, Action& action, const VectorCommand& spec
 }
 
 void add_teleport(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "teleport", "Put a body elsewhere, at once, turned as it is.",
-                                  "tessera teleport crate --sector 2^40,0,0 --at 0,0,5 --linear 1,0,0");
+  CLI::App& command =
+      add_command(app, "teleport", "Move a body to another place at once, keeping its orientation.",
+                  "tessera teleport crate --sector 2^40,0,0 --at 0,0,5 --linear 1,0,0");
   const auto options = std::make_shared<BodyOptions>();
   add_body_option(command, *options);
   add_position_options(command, *options);
@@ -215,7 +215,7 @@ void add_teleport(CLI::App& app, Action& action) {
 
 void add_target(CLI::App& app, Action& action) {
   CLI::App& command =
-      add_command(app, "target", "Move a kinematic body to a place within one tick, turned as it is.",
+      add_command(app, "target", "Move a kinematic body to a place within one tick, keeping its orientation.",
                   "tessera target lift --at 0,0,0.1");
   const auto options = std::make_shared<BodyOptions>();
   add_body_option(command, *options);

@@ -88,7 +88,7 @@ absl::Status up(UpOptions options) {
 }
 
 void add_up(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "up", "A cluster on this machine, in the foreground until Ctrl-C.",
+  CLI::App& command = add_command(app, "up", "Run a cluster on this machine until Ctrl-C.",
                                   "tessera up worlds/earth.sdf --servers 2 --listen 127.0.0.1:7300");
   const auto options = std::make_shared<UpOptions>();
   LocalClusterOptions& cluster = options->cluster;
@@ -165,7 +165,7 @@ void add_up(CLI::App& app, Action& action) {
 }
 
 void add_load(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "load", "Load a world file; it starts paused at tick 0.",
+  CLI::App& command = add_command(app, "load", "Load a world file, paused at tick 0.",
                                   "tessera load worlds/earth.sdf --replace");
   struct LoadOptions {
     std::filesystem::path world;
@@ -198,12 +198,13 @@ absl::Status print_tick(const char* what, const absl::StatusOr<Tick>& tick, nloh
 }
 
 void add_time(CLI::App& app, Action& action) {
-  CLI::App& pause = add_command(app, "pause", "Let the world stand still.", "tessera pause");
+  CLI::App& pause = add_command(app, "pause", "Pause the simulation.", "tessera pause");
   on_cluster(pause, action, [](Client& client, nlohmann::json& data) {
     return print_tick("paused at", client.pause(), data);
   });
 
-  CLI::App& resume = add_command(app, "resume", "Let the world run.", "tessera resume --rtf 0.5");
+  CLI::App& resume = add_command(app, "resume", "Resume the simulation, in real time or at another pace.",
+                                 "tessera resume --rtf 0.5");
   struct Pace {
     double factor = 1;
     bool fast = false;
@@ -217,7 +218,7 @@ void add_time(CLI::App& app, Action& action) {
     return print_tick("runs from", client.resume(pace->fast ? 0 : pace->factor), data);
   });
 
-  CLI::App& step = add_command(app, "step", "Do some ticks and wait for them.", "tessera step 60");
+  CLI::App& step = add_command(app, "step", "Run a number of ticks, and wait for them.", "tessera step 60");
   const auto ticks = std::make_shared<std::uint64_t>(1);
   step.add_option("ticks", *ticks, "how many")->check(above_zero())->capture_default_str();
   on_cluster(step, action, [ticks](Client& client, nlohmann::json& data) {
@@ -227,7 +228,7 @@ void add_time(CLI::App& app, Action& action) {
 
 void add_drain(CLI::App& app, Action& action) {
   CLI::App& drain = add_command(
-      app, "drain", "Move all that a sector server hosts to others, so that it can be ended without a loss.",
+      app, "drain", "Move everything off a sector server, so that it can be stopped without loss.",
       "tessera drain 2");
   const auto node = std::make_shared<std::string>();
   drain.add_option("node", *node, "of the server, as tessera status shows it, or its place there, from 1 on")
@@ -263,8 +264,8 @@ std::string summary(const Balance& balance, bool dry_run) {
 void add_balance(CLI::App& app, Action& action) {
   CLI::App& command = add_command(
       app, "balance",
-      "Divide the world anew among its servers, by what they have to do. The state stays the same bits.\n"
-      "A running cluster does so by itself (--balance-every); a call moves a bounded number of sectors.",
+      "Redistribute the world among its servers by load; its state keeps the same bits.\n"
+      "A running cluster does so by itself (--balance-every); each call moves a bounded number of sectors.",
       "tessera balance --dry-run");
   const auto dry_run = std::make_shared<bool>(false);
   const auto policy = std::make_shared<std::string>();
@@ -294,10 +295,11 @@ void add_balance(CLI::App& app, Action& action) {
 }
 
 void add_ends(CLI::App& app, Action& action) {
-  CLI::App& unload = add_command(app, "unload", "Forget the world; the servers stay.", "tessera unload");
+  CLI::App& unload =
+      add_command(app, "unload", "Unload the world; the servers keep running.", "tessera unload");
   on_cluster(unload, action, [](Client& client, nlohmann::json&) { return client.unload(); });
   CLI::App& shutdown =
-      add_command(app, "shutdown", "End the coordinator and its servers.", "tessera shutdown");
+      add_command(app, "shutdown", "Stop the coordinator and its servers.", "tessera shutdown");
   on_cluster(shutdown, action, [](Client& client, nlohmann::json&) { return client.shutdown(); });
 }
 

@@ -49,7 +49,7 @@ absl::Status show(const std::filesystem::path& file) {
 }  // namespace
 
 void add_config_command(CLI::App& app, Action& action) {
-  CLI::App& config = add_command(app, "config", "The configuration of the daemons.",
+  CLI::App& config = add_command(app, "config", "Check and print the configuration of the daemons.",
                                  "tessera config show --config tessera.toml");
   config.require_subcommand(1);
   CLI::App& command = add_command(

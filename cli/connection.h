@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/strings/str_cat.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -44,6 +45,10 @@ inline void on_cluster(
       if (absl::Status status = prepare(); !status.ok()) return status;
       const absl::StatusOr<std::unique_ptr<Client>> client =
           Client::connect(where->address, kConnectTimeout, where->keys);
+      if (absl::IsUnavailable(client.status()) && where->address == kAddressDefault) {
+        return absl::UnavailableError(
+            absl::StrCat(client.status().message(), "; `tessera up` starts a cluster there"));
+      }
       if (!client.ok()) return client.status();
       nlohmann::json data = nlohmann::json::object();
       if (absl::Status status = work(**client, data); !status.ok()) return status;

@@ -35,11 +35,11 @@ absl::Status convert(const ConvertOptions& options) {
 }  // namespace
 
 void add_convert_command(CLI::App& app, Action& action) {
-  CLI::App& command =
-      add_command(app, "convert",
-                  "Write a world file as a message (tessera.v1.World) that clients in any language can load; "
-                  "`run` and `load` take it, too.",
-                  "tessera convert worlds/tower.sdf tower.pb --shift 2^40,0,0");
+  CLI::App& command = add_command(
+      app, "convert",
+      "Convert a world file to a message (tessera.v1.World), which clients in any language, `run` and "
+      "`load` accept.",
+      "tessera convert worlds/tower.sdf tower.pb --shift 2^40,0,0");
   const auto options = std::make_shared<ConvertOptions>();
   command.add_option("world", options->world, kWorldFile)->required();
   command.add_option("output", options->output, "file to write, NAME.pb")->required();

@@ -32,7 +32,7 @@ absl::Status become_experiments(std::vector<std::string> arguments) {
 }  // namespace
 
 void add_experiment_command(CLI::App& app, Action& action) {
-  CLI::App& command = *app.add_subcommand("experiment", "Measure what Tessera claims.");
+  CLI::App& command = *app.add_subcommand("experiment", "Run the measurements behind what Tessera claims.");
   command.prefix_command();  // all arguments, --help too, are for the program
   command.set_help_flag();
   command.callback([&command, &action] {

@@ -149,8 +149,9 @@ absl::Status show_joints(Client& client, const std::string& prefix, std::uint64_
 }
 
 void add_joints(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "joints", "Joints whose names begin so, and where they stand.",
-                                  "tessera joints cart:: --limit 20");
+  CLI::App& command =
+      add_command(app, "joints", "List joints by the beginning of their names, with positions and rates.",
+                  "tessera joints cart:: --limit 20");
   struct JointsOptions {
     std::string prefix;
     std::uint64_t limit = 0;
@@ -164,7 +165,7 @@ void add_joints(CLI::App& app, Action& action) {
 }
 
 void add_drive(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "drive", "Set the motor of a joint.",
+  CLI::App& command = add_command(app, "drive", "Set the drive of a joint.",
                                   "tessera drive cart::left_motor velocity 4\n"
                                   "  tessera drive pendulum::pin_1 servo 0.5 --stiffness 200 --damping 20\n"
                                   "  tessera drive cart::left_motor free");

@@ -98,9 +98,9 @@ void add_show(CLI::App& keys, Action& action) {
 }  // namespace
 
 void add_keys_commands(CLI::App& app, Action& action) {
-  CLI::App& keys =
-      add_command(app, "keys", "Keys by which a cluster knows who may observe, control or end it.",
-                  "tessera keys create keys");
+  CLI::App& keys = add_command(
+      app, "keys", "Create and inspect keys, which say who may observe, control or stop a cluster.",
+      "tessera keys create keys");
   keys.require_subcommand(1);
   add_create(keys, action);
   add_add(keys, action);

@@ -79,7 +79,7 @@ absl::Status check(const std::filesystem::path& file) {
 }  // namespace
 
 void add_program_check(CLI::App& app, Action& action) {
-  CLI::App& program = add_command(app, "program", "Programs in WebAssembly.",
+  CLI::App& program = add_command(app, "program", "Check programs in WebAssembly.",
                                   "tessera program check worlds/programs/flee.wasm");
   program.require_subcommand(1);
   CLI::App& command = add_command(

@@ -58,8 +58,8 @@ void print(const FoundPrograms& found, nlohmann::json& data) {
 }
 
 void add_programs(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(
-      app, "programs", "List programs with their numbers, by the names of their bodies.", "tessera programs");
+  CLI::App& command =
+      add_command(app, "programs", "List programs with their values, by body.", "tessera programs");
   const auto query = std::make_shared<ProgramsQuery>();
   command.add_option("prefix", query->prefix, "of the names of bodies; all if not given");
   command.add_option("--limit", query->limit, "how many at most; 0: 1000");
@@ -110,7 +110,7 @@ absl::StatusOr<std::uint32_t> find_place(Client& client, const BodyName& body, c
 }
 
 void add_tell(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "tell", "Set inputs and parameters of a program of a body.",
+  CLI::App& command = add_command(app, "tell", "Set inputs and parameters of a program.",
                                   "tessera tell walker x=1.4 heading=0");
   struct Options {
     std::string body;

@@ -15,7 +15,7 @@ namespace {
 constexpr absl::Duration kPollTime = absl::Milliseconds(250);  // so that Ctrl-C is noticed
 
 void add_hash(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "hash", "The hash of the world's state.", "tessera hash");
+  CLI::App& command = add_command(app, "hash", "Print the hash of the world's state.", "tessera hash");
   on_cluster(command, action, [](Client& client, nlohmann::json& data) -> absl::Status {
     const absl::StatusOr<HashAt> hash = client.hash();
     if (!hash.ok()) return hash.status();
@@ -28,7 +28,7 @@ void add_hash(CLI::App& app, Action& action) {
 
 void add_raycast(CLI::App& app, Action& action) {
   CLI::App& command =
-      add_command(app, "raycast", "What a ray hits first.",
+      add_command(app, "raycast", "Cast a ray, and print the first hit.",
                   "tessera raycast --sector 0,0,0 --at 0,0,50 --direction 0,0,-1 --length 100");
   const auto ray = std::make_shared<RayQuery>();
   add_parsed(command, "--at", ray->origin.local, parse_vector, "X,Y,Z: metres from the centre of the sector")
@@ -59,7 +59,7 @@ void add_raycast(CLI::App& app, Action& action) {
 }
 
 void add_near(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "near", "Bodies that overlap a shape, or are nearest to it.",
+  CLI::App& command = add_command(app, "near", "List bodies that overlap a shape or are near it.",
                                   "tessera near --at 0,0,1 --reach 5 --limit 10");
   const auto query = std::make_shared<NearQuery>();
   add_parsed(command, "--at", query->pose.position.local, parse_vector,
@@ -105,7 +105,7 @@ absl::Status list_frames(Client& client, const FindOptions& options, nlohmann::j
 }
 
 void add_find(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "find", "Bodies, and frames of bodies, whose names begin so.",
+  CLI::App& command = add_command(app, "find", "List bodies and frames by the beginning of their names.",
                                   "tessera find tower_ --limit 20");
   const auto options = std::make_shared<FindOptions>();
   command.add_option("prefix", options->prefix, "beginning of the names; all bodies if not given");
@@ -291,8 +291,9 @@ absl::Status watch(Client& client, const WatchOptions& options, nlohmann::json& 
 }
 
 void add_watch(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "watch", "Bodies, contacts or programs, tick by tick, until Ctrl-C.",
-                                  "tessera watch crate --every 60\n  tessera watch --contacts");
+  CLI::App& command =
+      add_command(app, "watch", "Print bodies, contacts or programs tick by tick until Ctrl-C.",
+                  "tessera watch crate --every 60\n  tessera watch --contacts");
   const auto options = std::make_shared<WatchOptions>();
   command.add_option("bodies", options->bodies, "names or ids; all bodies if none is given");
   CLI::Option* contacts = command.add_flag(

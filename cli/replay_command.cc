@@ -31,7 +31,7 @@ absl::Status run(const ReplayOptions& options, const std::filesystem::path& json
 
 void add_replay_command(CLI::App& app, Action& action) {
   CLI::App& command = add_command(
-      app, "replay", "Play a recording of `up --record-inputs` again, and compare the hash at every tick.",
+      app, "replay", "Replay a recording of `up --record-inputs`, and compare the hash at every tick.",
       "tessera replay inputs.rec --servers 1");
   const auto options = std::make_shared<ReplayOptions>();
   command.add_option("file", options->file, "the recording")->required();

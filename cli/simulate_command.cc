@@ -252,9 +252,10 @@ void add_scenario_options(CLI::App& command, SimulateOptions& options) {
 void add_simulate_command(CLI::App& app, Action& action) {
   CLI::App& command = add_command(
       app, "simulate",
-      "Run a coordinator with its store, servers and clients in one thread, on a network, clocks and a disk\n"
-      "with faults, all decided by a seed, and compare every tick with one process. A seed that goes wrong\n"
-      "tells the command that repeats it, and a smaller one that goes wrong, too.",
+      "Test a whole cluster in one thread, with faults of network, clocks and disk drawn from a seed, and\n"
+      "compare every tick with one process. A seed that fails prints the command that repeats it, and a "
+      "smaller\n"
+      "case that fails, too.",
       "tessera simulate worlds/busy.sdf --seed 42 --seeds 10 --servers 4 --commands 20 --cuts 2 --crashes 1");
   const auto options = std::make_shared<SimulateOptions>();
   command.add_option("world", options->world,

@@ -50,9 +50,9 @@ absl::Status save(Client& client, const std::filesystem::path& file, nlohmann::j
 }  // namespace
 
 void add_snapshot_commands(CLI::App& app, Action& action) {
-  CLI::App& snapshot = add_command(
-      app, "snapshot", "Write all of the world between two ticks to a file, whether it runs or not.",
-      "tessera snapshot city.snapshot\n  tessera snapshot city.snapshot --compare");
+  CLI::App& snapshot =
+      add_command(app, "snapshot", "Write the whole state of the world to a file, whether it runs or not.",
+                  "tessera snapshot city.snapshot\n  tessera snapshot city.snapshot --compare");
   struct SnapshotOptions {
     std::filesystem::path file;
     bool compare = false;
@@ -67,7 +67,7 @@ void add_snapshot_commands(CLI::App& app, Action& action) {
   });
 
   CLI::App& restore = add_command(app, "restore",
-                                  "Load the world of a snapshot: paused at its tick, it goes on with the "
+                                  "Load the world of a snapshot, paused at its tick; it continues with the "
                                   "same bits on any number of servers.",
                                   "tessera restore city.snapshot --replace");
   const auto restored = std::make_shared<SnapshotOptions>();

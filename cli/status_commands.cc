@@ -63,7 +63,7 @@ absl::Status show_status(Client& client, bool live, nlohmann::json& data) {
 }
 
 void add_status(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(app, "status", "What the cluster does.", "tessera status --watch");
+  CLI::App& command = add_command(app, "status", "Show the state of the cluster.", "tessera status --watch");
   const auto live = std::make_shared<bool>(false);
   command.add_flag("--watch", *live, "again and again, until Ctrl-C");
   on_cluster(command, action,
@@ -127,9 +127,9 @@ absl::Status show_load(Client& client, const TopOptions& options, nlohmann::json
 }
 
 void add_top(CLI::App& app, Action& action) {
-  CLI::App& command = add_command(
-      app, "top", "What servers and sectors have to do, the busiest first, again and again until Ctrl-C.",
-      "tessera top --sort clones\n  tessera top --by sector --once");
+  CLI::App& command =
+      add_command(app, "top", "Show the load of servers and sectors, busiest first, until Ctrl-C.",
+                  "tessera top --sort clones\n  tessera top --by sector --once");
   const auto options = std::make_shared<TopOptions>();
   command.add_option("--by", options->by, "only this table: server or sector")
       ->check(CLI::IsMember({"server", "sector"}));

@@ -142,9 +142,8 @@ void add_folder(CLI::App& command, StoreOptions& options) {
 }  // namespace
 
 void add_store_commands(CLI::App& app, Action& action) {
-  CLI::App& store =
-      add_command(app, "store", "Check and repair the store of a coordinator that does not run.",
-                  "tessera store check /var/lib/tessera/store");
+  CLI::App& store = add_command(app, "store", "Check and repair the store of a stopped coordinator.",
+                                "tessera store check /var/lib/tessera/store");
   store.require_subcommand(1);
 
   CLI::App& checked =

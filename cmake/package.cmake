@@ -4,6 +4,9 @@ install(FILES deploy/tessera.toml DESTINATION /etc/tessera COMPONENT configurati
 install(DIRECTORY deploy/systemd/ DESTINATION lib/systemd/system COMPONENT configuration EXCLUDE_FROM_ALL)
 install(FILES deploy/grafana/tessera.json deploy/keys.conf deploy/prometheus.yml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/tessera COMPONENT configuration EXCLUDE_FROM_ALL)
+install(DIRECTORY ${CMAKE_BINARY_DIR}/man DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT configuration EXCLUDE_FROM_ALL)
+install(FILES deploy/completion/tessera.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+  RENAME tessera COMPONENT configuration EXCLUDE_FROM_ALL)
 install(FILES docs/operations.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tessera
   COMPONENT configuration EXCLUDE_FROM_ALL)
 # As pip installs it, by deploy/package.sh.

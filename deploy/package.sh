@@ -4,9 +4,15 @@ set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$top/build/release
+"$top/deploy/install_dependencies.sh" package
 "$top/deploy/build.sh" release tessera tessera-coordinator tessera-experiments tessera-gateway \
   tessera-sector-server tessera-viewer tessera-ros tessera_c tessera-engine-f64 tessera-python
-rm -rf "$build/python_package"
+rm -rf "$build/man" "$build/python_package"
+mkdir -p "$build/man/man1"
+for program in tessera tessera-coordinator tessera-gateway tessera-ros tessera-sector-server tessera-viewer; do
+  help2man --no-info --no-discard-stderr --name "rigid-body simulation in worlds of any size" "$build/bin/$program" |
+    gzip -n9 >"$build/man/man1/$program.1.gz"
+done
 TESSERA_COMPILED=$build/bin /usr/bin/python3 -m pip install --quiet --no-index --no-build-isolation --no-deps \
   --no-compile --target "$build/python_package" "$top/client_sdk/python" 2>"$build/package.log" || {
   tail -30 "$build/package.log" >&2

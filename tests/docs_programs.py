@@ -67,8 +67,11 @@ class Programs:
         return words
 
     def subcommands(self, words: Words) -> list[str]:
-        listed = self.help(words).partition("\nSubcommands:\n")[2].partition("\n\n")[0]
-        return re.findall(r"^  ([a-z]+)", listed, re.MULTILINE)
+        """Those of all groups."""
+        groups = re.findall(r"^([A-Z][a-z ]+):\n((?:  .*\n)+)", self.help(words), re.MULTILINE)
+        listed = [text for title, text in groups if title not in ("Positionals", "Options", "Example", "Examples")]
+        found = re.findall(r"^  ([a-z]+)", "".join(listed), re.MULTILINE)
+        return ["help", *found] if found and len(words) == 1 else found
 
     def options(self, words: Words) -> list[str]:
         """The options of a program or subcommand."""

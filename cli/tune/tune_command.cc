@@ -45,7 +45,7 @@ absl::Status tune_world(const CommandOptions& options) {
 
 void add_tune_command(CLI::App& app, Action& action) {
   CLI::App& command =
-      add_command(app, "tune", "Find the cheapest settings with which a world moves as it should.",
+      add_command(app, "tune", "Find the cheapest settings that keep a world within an error.",
                   "tessera tune worlds/machines.sdf --max-error 1mm --horizon 2s --write machines.json");
   const auto options = std::make_shared<CommandOptions>();
   command.add_option("world", options->world, kWorldFile)->required();

@@ -73,6 +73,7 @@ std::string why_not(v1::Tessera::Stub& coordinator, const ClientKeys& keys) {
   v1::StatusReply reply;
   const grpc::Status status = coordinator.GetStatus(&context, v1::StatusRequest(), &reply);
   const std::string reason = status.error_message();
+  if (absl::StrContains(reason, "DNS resolution failed")) return ": no host has this name";
   if (status.ok() || absl::StrContains(reason, "refused") || absl::StrContains(reason, "Deadline")) return "";
   return keys.empty() ? ": something listens there, which may want keys (--keys FOLDER or TESSERA_KEYS)"
                       : ": something listens there, which has no keys, or those of another cluster";
@@ -94,6 +95,8 @@ absl::StatusOr<std::shared_ptr<Coordinators>> Coordinators::connect(const std::s
   std::vector<Member> members;
   const std::vector<std::string> all = absl::StrSplit(addresses, ',');
   for (const std::string& address : all) {
+    if (!absl::StrContains(address, ':'))
+      return absl::InvalidArgumentError(absl::StrCat("address '", address, "' must be host:port"));
     const auto channel = open_channel(address, keys, all.size() > 1);
     members.push_back({address, channel, v1::Tessera::NewStub(channel)});
   }

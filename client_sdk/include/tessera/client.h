@@ -191,10 +191,10 @@ struct Balance {
 class Client {
  public:
   // `address` is host:port, or those of all coordinators of the cluster, separated by commas: calls then go
-  // to the one that leads, also where that changes. UNAVAILABLE, with the address, if there is no answer
-  // within `timeout`, or from a busy coordinator within ten times that. A cluster with keys wants `keys`, a
-  // folder that `tessera keys create` made: NOT_FOUND, with the file, if it lacks one. Calls that its role
-  // may not make end with PERMISSION_DENIED.
+  // to the one that leads, also where that changes. INVALID_ARGUMENT for an address without a port;
+  // UNAVAILABLE, with the address, if there is no answer within `timeout`, or from a busy coordinator within
+  // ten times that. A cluster with keys wants `keys`, a folder that `tessera keys create` made: NOT_FOUND,
+  // with the file, if it lacks one. Calls that its role may not make end with PERMISSION_DENIED.
   static absl::StatusOr<std::unique_ptr<Client>> connect(const std::string& address,
                                                          absl::Duration timeout = kCallTimeout,
                                                          const std::filesystem::path& keys = {});
