@@ -313,15 +313,19 @@ test('the model of a selected body shows its parts, and its joints are driven', 
     slider.value = 0.3;
     slider.dispatchEvent(new Event('input'));
   });
-  const deadline = Date.now() + 60_000;
-  while (!/^0\.(2[5-9]|3[0-5])\d rad$/.test(await joint())) {
-    assert.ok(Date.now() < deadline, `the elbow is at ${await joint()}`);
-    await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 10}));
-  }
+  const stepUntil = async (isThere, what) => {
+    const deadline = Date.now() + 60_000;
+    while (!await isThere()) {
+      assert.ok(Date.now() < deadline, what);
+      await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 10}));
+    }
+  };
+  await stepUntil(async () => /^0\.(2[5-9]|3[0-5])\d rad$/.test(await joint()), 'the elbow is not where it was told to be');
   await page.type('#modelFilter', 'elbow');
   assert.equal(await page.$$eval('#modelJoints label', (rows) => rows.filter((row) => !row.hidden).length), 1);
   await jumpTo('robot::hull');
-  await page.waitForFunction(() => window.tessera.picture.sensorRays.object.visible);
+  // Where it stands, nothing may be in its sight.
+  await stepUntil(() => page.evaluate(() => window.tessera.picture.sensorRays.object.visible), 'no ray meets anything');
   await page.waitForFunction(
       () => [...document.getElementById('plotted').options].some(({value}) => value === 'ranger: range_0'));
   await page.type('#jumpText', 'arm::');
