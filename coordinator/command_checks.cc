@@ -335,7 +335,7 @@ absl::StatusOr<std::vector<Command>> checked(const v1::DriveJoints& command, con
     absl::Status status = add(command.axis(), drive, result);
     if (status.ok()) status = validate(result.drives, joint.record.properties.type);
     if (!status.ok()) return in(absl::StrCat("joints[", n, "] ('", joint.name, "')"), status);
-    commands.emplace_back(std::move(result));
+    commands.emplace_back(result);
   }
   return commands;
 }

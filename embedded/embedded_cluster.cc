@@ -6,6 +6,7 @@
 
 #include "coordinator/client_edge.h"
 #include "coordinator/request_queue.h"
+#include "daemon/address.h"
 #include "embedded/stream_service.h"
 #include "lpss/base/invariant.h"
 #include "lpss/engine/load_engine.h"
@@ -47,14 +48,9 @@ class EmbeddedCluster::Processes {
     for (std::uint32_t n = 0; n < options.servers; ++n) start_server();
   }
 
-  void replace_ended_servers() {
-    const std::size_t before = servers_.size();
-    std::erase_if(servers_, [](const Server& server) { return server.machine->finished().has_value(); });
-    for (std::size_t n = servers_.size(); n < before; ++n) start_server();
-  }
-
   // Whether anything was done.
   bool take_turn(std::vector<ClientRequest> requests) {
+    if (!requests.empty()) replace_ended_servers();
     const bool has_coordinator_worked = run_coordinator(std::move(requests));
     bool has_server_worked = false;
     for (Server& server : servers_) has_server_worked |= run_server(server);
@@ -95,6 +91,13 @@ class EmbeddedCluster::Processes {
     std::unique_ptr<SectorServer> machine;
     std::vector<Mail> mail;
   };
+
+  // For whoever asks next: a server that could not go on with a world may have another one.
+  void replace_ended_servers() {
+    const std::size_t before = servers_.size();
+    std::erase_if(servers_, [](const Server& server) { return server.machine->finished().has_value(); });
+    for (std::size_t n = servers_.size(); n < before; ++n) start_server();
+  }
 
   void start_server() {
     Server& server = servers_.emplace_back();
@@ -230,6 +233,11 @@ EmbeddedCluster::~EmbeddedCluster() {
 }
 
 absl::StatusOr<std::string> EmbeddedCluster::serve(const std::string& listen) {
+  const std::optional<ListenAddress> address = parse_listen_address(listen);
+  if (address && !is_loopback(*address)) {
+    return absl::FailedPreconditionError(absl::StrCat("without keys, whoever reaches ", listen,
+                                                      " would control the world: it must be of loopback"));
+  }
   {
     const std::lock_guard working(working_);
     const std::lock_guard lock(mutex_);
@@ -251,10 +259,6 @@ void EmbeddedCluster::wake() {
 }
 
 void EmbeddedCluster::post(ClientRequest request) {
-  {
-    const std::lock_guard working(working_);
-    processes_->replace_ended_servers();
-  }
   const std::lock_guard lock(mutex_);
   requests_.push_back(std::move(request));
   changed_.notify_all();

@@ -52,7 +52,8 @@ class EmbeddedCluster {
                               const IsInterrupted& is_interrupted = {});
 
   // From now on, clients of other processes may come to `listen` ("host:port"; port 0: any free one), as to a
-  // gateway, without keys. The address; the same again once there is one. Errors as ClientEdge::open().
+  // gateway, without keys. The address; the same again once there is one. FAILED_PRECONDITION for one that is
+  // not of loopback, which other hosts could reach; errors as ClientEdge::open().
   absl::StatusOr<std::string> serve(const std::string& listen);
 
  private:

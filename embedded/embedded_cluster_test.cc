@@ -10,6 +10,7 @@
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 #include "proto/convert.h"
+#include "tessera/client.h"
 
 namespace tessera {
 namespace {
@@ -148,6 +149,38 @@ TEST(EmbeddedCluster, ManyThreadsMayAsk) {
   const absl::StatusOr<std::string> hash = hash_after(cluster, 0);
   ASSERT_TRUE(hash.ok()) << hash.status();
   EXPECT_EQ(*hash, hash_of_simulation(four_towers()));
+}
+
+TEST(EmbeddedCluster, ServesClientsWhileItsOwnCallsGoOn) {
+  EmbeddedCluster cluster({.servers = 2});
+  ASSERT_TRUE(load(cluster, four_towers()).ok());
+  const absl::StatusOr<std::string> address = cluster.serve("127.0.0.1:0");
+  ASSERT_TRUE(address.ok()) << address.status();
+  EXPECT_EQ(cluster.serve("127.0.0.1:0").value(), *address);
+  const auto client = Client::connect(*address).value();
+  const auto bodies = client->watch_bodies().value();
+  std::atomic<bool> is_over = false;
+  std::thread observer([&] {
+    while (!is_over) EXPECT_TRUE(client->status().ok());
+  });
+  for (std::uint64_t n = 0; n < kTicks; ++n) EXPECT_TRUE(hash_after(cluster, 1).ok());
+  is_over = true;
+  observer.join();
+  Tick last = 0;
+  while (last < kTicks) {
+    const auto frame = bodies->next();
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    last = frame->tick;
+  }
+  EXPECT_EQ(client->hash()->hash, hash_of_simulation(four_towers()));
+  EXPECT_EQ(client->step(1).value(), kTicks + 1);
+}
+
+TEST(EmbeddedCluster, ServesThisMachineAlone) {
+  EmbeddedCluster cluster({});
+  const absl::Status status = cluster.serve("0.0.0.0:0").status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_TRUE(absl::IsInvalidArgument(cluster.serve("nowhere").status()));
 }
 
 TEST(EmbeddedCluster, ACallEndsWhenItIsInterrupted) {

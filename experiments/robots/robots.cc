@@ -62,6 +62,10 @@ std::vector<Maker> makers(Precision precision) {
   settings.sleep_after = 0;
   settings.sector_size = 16;
   std::vector<Maker> all = {{"sectors of 16 m", settings, {}}};
+  WorldSettings coarse = settings;
+  coarse.substeps = 1;
+  coarse.adapt = false;
+  all.push_back({"sectors of 16 m, 1 substep", coarse, {}});
   settings.sector_size = 512;
   all.push_back({"one sector", settings, {}});
   if (!has_mujoco()) return all;

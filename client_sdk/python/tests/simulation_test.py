@@ -78,6 +78,38 @@ def test_copies_go_their_own_ways() -> None:
     assert pushed.hash() != simulation.hash()
 
 
+def test_momentum_and_energy_are_those_of_mechanics() -> None:
+    world = tessera.World("free", tessera.Settings(sector_size=16))
+    turned = (0, 0, 2**-0.5, 2**-0.5)
+    for name, x in (("left", -10.0), ("right", 10.0)):
+        world.add(
+            tessera.Body(
+                name,
+                tessera.box(1, 2, 3),
+                mass=2,
+                position=(x, 0, 0),
+                orientation=turned,
+                linear_velocity=(0, x / 10, 3),
+                angular_velocity=(0.1, 0.2, 0.3),
+            )
+        )
+    simulation = tessera.Simulation(world)
+    mechanics = tessera.Mechanics(simulation)
+    first = mechanics.sums()
+    moments = np.array([10, 13, 5]) * 2 / 12  # of the turned box, along the world's axes
+    assert first.mass == 4
+    assert first.momentum == pytest.approx([0, 0, 12])
+    assert first.kinetic == pytest.approx(2 * (2 * 10 / 2 + (moments * [0.01, 0.04, 0.09]).sum() / 2))
+    assert first.angular_momentum == pytest.approx(2 * moments * [0.1, 0.2, 0.3] + [0, 0, 2 * 2 * 10])
+    simulation.step(60)
+    after = mechanics.sums()
+    assert after.energy == pytest.approx(first.energy, rel=1e-3)
+    assert after.angular_momentum == pytest.approx(first.angular_momentum, rel=1e-5)
+    assert after.centre == pytest.approx([0, 0, 3 - 9.81 / 2], rel=0.02)
+    with pytest.raises(tessera.NotFound, match="nobody"):
+        tessera.Mechanics(simulation, "nobody")
+
+
 def test_trajectory_needs_no_stream() -> None:
     simulation = tessera.Simulation(towers())
     simulation.step(2)
@@ -105,6 +137,8 @@ def test_clients_come_in() -> None:
             assert simulation.status().tick == 10
             with pytest.raises(tessera.Unavailable, match="in use"):
                 tessera.Simulation(towers()).serve(simulation.serve())
+    with pytest.raises(tessera.FailedPrecondition, match="whoever reaches 0.0.0.0:0 would control the world"):
+        tessera.Simulation().serve("0.0.0.0:0")
 
 
 def test_world_is_shown() -> None:

@@ -106,15 +106,14 @@ def test_noise_depends_on_seed_copy_and_reset_alone() -> None:
 
 
 def test_actions_act_later() -> None:
-    env = tessera.VectorEnv(cart(), 1, actuators=["rail"], delay=2)
+    env = tessera.VectorEnv(cart(), 3, actuators=["rail"], spacing=16, delay=[0, 1, 2])
     env.reset()
     assert env.last is not None
-    rates = []
-    for _ in range(4):
-        env.step([[5.0]])
-        rates.append(env.last.joint_rates[0, 0])
-    assert rates[0] == pytest.approx(0, abs=1e-6) and rates[1] == pytest.approx(0, abs=1e-6)
-    assert rates[2] > 0.01
+    moves = []
+    for _ in range(3):
+        env.step(np.full((3, 1), 5.0))
+        moves.append((env.last.joint_rates[:, 0] > 0.01).tolist())
+    assert moves == [[True, False, False], [True, True, False], [True, True, True]]
 
 
 def test_state_goes_on_with_the_same_bits(carts: tessera.VectorEnv) -> None:
@@ -126,6 +125,19 @@ def test_state_goes_on_with_the_same_bits(carts: tessera.VectorEnv) -> None:
     carts.set_state(state)
     found = [carts.step(wave(carts, step))[0] for step in range(6)]
     assert all((one == other).all() for one, other in zip(expected, found))
+
+
+def test_copies_may_go_on_from_others(carts: tessera.VectorEnv) -> None:
+    carts.reset()
+    for step in range(5):
+        carts.step(wave(carts, step))
+    for index in (0, 1, 3):
+        carts.place(index, carts.copy_state(2))
+    for _ in range(3):
+        carts.step(np.full((4, 1), 2.0))
+    assert carts.last is not None
+    assert np.ptp(carts.last.joint_positions, axis=0).max() < 1e-6
+    assert np.ptp(carts.last.joint_rates, axis=0).max() < 1e-5
 
 
 def test_observations_are_the_same_on_a_cluster(client: tessera.Client) -> None:
@@ -162,8 +174,10 @@ def test_resets_may_change_copies() -> None:
 def test_ground_without_end_is_shared() -> None:
     world = flat_world(sector_size=32)
     world.add(tessera.Body("ball", tessera.sphere(0.5), mass=1, position=(0, 0, 0.5)))
-    env = tessera.VectorEnv(world, 5)
+    env = tessera.VectorEnv(world, 5, settings=tessera.Settings(substeps=1, adapt=False))
     env.reset()
+    settings = env.client.status().settings
+    assert (settings.sector_size, settings.substeps, settings.adapt) == (32, 1, False)
     assert env.client.status().bodies == 6
     for _ in range(30):
         observations, *_ = env.step(np.empty((5, 0)))

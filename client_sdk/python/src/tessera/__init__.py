@@ -53,6 +53,7 @@ from tessera.frame import (
     Trajectory,
 )
 from tessera.joint import Axis, Drive, DriveMode, Joint, JointType, Mimic
+from tessera.mechanics import Mechanics, Sums
 from tessera.position import WorldPosition, relative_to
 from tessera.queries import Answers, Catalogue, Query
 from tessera.references import BodyName, JointName
@@ -90,7 +91,7 @@ from tessera.shape import (
     trigger,
 )
 from tessera.simulation import Simulation
-from tessera.vector_env import Box, Copy, EnvState, VectorEnv
+from tessera.vector_env import Box, Copy, CopyState, EnvState, VectorEnv
 from tessera.world import CentralGravity, Precision, SeamPolicy, Settings, World
 
 if TYPE_CHECKING:
@@ -152,6 +153,7 @@ __all__ = [
     "ContactPoint",
     "ContactStream",
     "Copy",
+    "CopyState",
     "DataLoss",
     "DeadlineExceeded",
     "Divergence",
@@ -177,6 +179,7 @@ __all__ = [
     "JointStream",
     "JointType",
     "LoadSummary",
+    "Mechanics",
     "Mimic",
     "Motion",
     "Neighbour",
@@ -204,6 +207,7 @@ __all__ = [
     "Shape",
     "Status",
     "Stream",
+    "Sums",
     "Surface",
     "TesseraError",
     "Trajectory",

@@ -112,9 +112,10 @@ class Simulation(AnyClient):
     trajectory.__doc__ = AnyClient.trajectory.__doc__
 
     def serve(self, listen: str = "127.0.0.1:0") -> str:
-        """Lets clients of other processes in, without keys, at host:port; port 0: any free one. Returns the address, which
-        stays the same until `close()`: for `tessera.Client(address)`, the web UI (`tessera-viewer --connect`), and
-        the command line. Unavailable for an address that is in use.
+        """Lets clients of other processes of this machine in, without keys, at host:port; port 0: any free one. Returns the
+        address, which stays the same until `close()`: for `tessera.Client(address)`, the web UI (`tessera-viewer
+        --connect`), and the command line. FailedPrecondition for an address that other machines could reach, Unavailable for
+        one that is in use.
         """
         return self._taken(self._open().serve(listen)).decode()
 

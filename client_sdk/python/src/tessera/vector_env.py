@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
@@ -19,7 +18,7 @@ from tessera.any_client import AnyClient
 from tessera.body import Body, Motion
 from tessera.commands import PlacedBody, PlacedJoint
 from tessera.env_model import ModelAxis, env_model, split
-from tessera.errors import InvalidArgument, NotFound
+from tessera.errors import FailedPrecondition, InvalidArgument, NotFound
 from tessera.joint import DriveMode
 from tessera.position import Floats, Integers, Vector, WorldPosition, relative_to
 from tessera.queries import Answers, Query
@@ -88,6 +87,16 @@ class Copy:
     origin: WorldPosition
 
 
+@dataclass(frozen=True, eq=False)
+class CopyState:
+    """Where the bodies of one copy are, in their order."""
+
+    positions: Floats  # [b, 3], m from the origin of the copy, of the body frames
+    orientations: Floats  # [b, 4], x y z w
+    linear_velocities: Floats  # [b, 3], m/s, of the centres of mass
+    angular_velocities: Floats  # [b, 3], rad/s
+
+
 OnReset: TypeAlias = Callable[[np.random.Generator, Copy], Iterable[Command]]
 
 
@@ -116,6 +125,7 @@ class VectorEnv:
         count: int,
         *,
         scene: World | None = None,
+        settings: Settings | None = None,
         client: AnyClient | None = None,
         threads: int = 1,
         spacing: float = SPACING,
@@ -124,7 +134,7 @@ class VectorEnv:
         mode: DriveMode | None = None,
         stiffness: float | None = None,
         damping: float | None = None,
-        delay: int = 0,
+        delay: ArrayLike = 0,
         efforts: bool = False,
         queries: Sequence[Query[Any]] = (),
         observe: Rows | None = None,
@@ -138,13 +148,15 @@ class VectorEnv:
     ) -> None:
         """`model` is a world, or the file of one, around the centre of the sector (0, 0, 0): `count` copies of its bodies and
         joints are spawned, `spacing` m apart, which is a whole number of sectors. Ground without an end is shared: that
-        of the model, or all of `scene`, whose settings the world has, or else a plane through z = 0.
+        of the model, or all of `scene`, whose settings the world has, or else a plane through z = 0. `settings` go
+        before those: `Settings(sector_size=16, substeps=1, adapt=False)` is fast, and coarse.
 
         - `client`: a `Client` or `Simulation`, whose world is replaced; by default a simulation of `threads`.
         - `ticks`: of a step.
         - Actions are targets of drives, a column for each actuator: `actuators` are names of joints, by default those that
           the model drives, or else all. `mode`, and for servos `stiffness` (N m/rad or N/m) and `damping` (N m s/rad or
-          N s/m), are the model's by default, and EFFORT for what it does not drive. They act `delay` steps later.
+          N s/m), are the model's by default, and EFFORT for what it does not drive. They act `delay` steps later: one number, or one for each
+          copy.
         - `observe`, `reward` and `terminate` make arrays of an `EnvState`: [n, ...], [n] and [n] of bool. By default:
           `observation()`, 0 and False. `queries` are asked with each step, and `efforts` of joints told.
         - `steps_max`: after so many, a copy is truncated; 0: never.
@@ -158,11 +170,12 @@ class VectorEnv:
             raise InvalidArgument(f"count = {count} must be from 1 to {COPIES_MAX}")
         if ticks < 1:
             raise InvalidArgument(f"ticks = {ticks} must be at least 1")
-        if not 0 <= delay <= DELAY_MAX:
-            raise InvalidArgument(f"delay = {delay} must be from 0 to {DELAY_MAX} steps")
+        delays = np.asarray(delay, dtype=np.int64)
+        if delays.shape not in ((), (count,)) or delays.min() < 0 or delays.max() > DELAY_MAX:
+            raise InvalidArgument(f"delay: it must be from 0 to {DELAY_MAX} steps, one number or {count}")
         read = model if isinstance(model, World) else World.read(model)
         ground, read = split(read) if scene is None else (None, read)
-        scene = scene or ground or _plane()
+        scene = _with_settings(scene or ground or _plane(), settings)
         self._model = env_model(read)
         if (position_noise or rate_noise) and not self._model.is_tree:
             raise InvalidArgument("position_noise, rate_noise: joints of the model form loops, and cannot be placed so")
@@ -171,8 +184,8 @@ class VectorEnv:
         self.ticks = ticks
         self.bodies = list(self._model.bodies)
         self.axes: list[ModelAxis] = list(self._model.axes)
-        self._places = self._model.axis_places(actuators)
-        self._driven = _Driven([self.axes[n] for n in self._places], mode, stiffness, damping)
+        self.actuators = [self.axes[n] for n in self._model.axis_places(actuators)]
+        self._driven = _Driven(self.actuators, mode, stiffness, damping)
         self.client = client if client is not None else Simulation(threads=threads, precision=scene.precision)
         self._is_own = client is None
         self._queries = list(queries)
@@ -184,14 +197,17 @@ class VectorEnv:
         self._on_reset = on_reset
         self._dtype = np.dtype(dtype)
         self._load(scene, spacing)
+        self._driven.of_joints(self._joint_ids)
         self._bodies_query = of_queries.body_states(self._body_ids.ravel())
         self._joints_query = of_queries.joint_states(self._joint_ids.ravel(), efforts=efforts)
         self._seed = 0
         self._resets = np.zeros(count, dtype=np.int64)  # of each copy, so far
         self._steps = np.zeros(count, dtype=np.int64)
         self._is_over = np.ones(count, dtype=np.bool_)
-        neutral = np.tile(self._driven.neutral, (count, 1))
-        self._delayed: deque[Floats] = deque(neutral.copy() for _ in range(delay))
+        self._delays = np.broadcast_to(delays, count)
+        # Of the present step, of the one before, and so on.
+        self._history: Floats = np.tile(self._driven.neutral, (int(delays.max()) + 1, count, 1))
+        self._placed: dict[int, CopyState] = {}  # by the next step
         self.last: EnvState | None = None
         self._find_spaces()
 
@@ -214,14 +230,15 @@ class VectorEnv:
 
     def step(self, actions: ArrayLike) -> tuple[NDArray[Any], Floats, Mask, Mask, dict[str, Any]]:
         """Observations, rewards [n], terminated [n], truncated [n] and an empty dictionary, after `actions` [n, m]."""
-        given = np.array(actions, dtype=np.float64)
-        if given.shape != (self.num_envs, len(self._places)):
+        given = np.asarray(actions, dtype=np.float64)
+        if given.shape != (self.num_envs, len(self.actuators)):
             raise InvalidArgument(
-                f"actions: their shape {given.shape} must be ({self.num_envs}, {len(self._places)})"
+                f"actions: their shape {given.shape} must be ({self.num_envs}, {len(self.actuators)})"
             )
-        self._delayed.append(given)
+        self._history[1:] = self._history[:-1].copy()
+        self._history[0] = given
         was_over = self._is_over.copy()
-        state = self._run(self._delayed.popleft(), was_over)
+        state = self._run(self._history[self._delays, np.arange(self.num_envs)], was_over)
         terminated = np.zeros(self.num_envs, dtype=np.bool_)
         rewards = np.zeros(self.num_envs)
         if self._reward is not None:
@@ -261,8 +278,32 @@ class VectorEnv:
         joints = {joint.name: int(id) for joint, id in zip(self.model.message.joints, self._joint_ids[index])}
         return Copy(index, bodies, joints, self._origin(index))
 
+    def end(self, mask: Mask) -> None:
+        """Lets the next step reset the copies of a `mask` [n], as if they had ended."""
+        self._is_over |= np.asarray(mask, dtype=np.bool_)
+
+    def copy_state(self, index: int) -> CopyState:
+        """Where a copy is at the end of the last step."""
+        if self.last is None:
+            raise FailedPrecondition("the environment has yet to be reset")
+        last = self.last
+        return CopyState(
+            last.positions[index],
+            last.orientations[index],
+            last.linear_velocities[index],
+            last.angular_velocities[index],
+        )
+
+    def place(self, index: int, state: CopyState) -> None:
+        """Puts a copy where another one was, at the beginning of the next step, which may be its reset. Its contacts begin
+        anew.
+        """
+        self._placed[index] = state
+
     def state(self) -> bytes:
-        """All of the environment between two steps: `set_state()` goes on from it with the same bits."""
+        """All of the environment between two steps, but what `place()` has yet to do: `set_state()` goes on from it with the
+        same bits.
+        """
         out = io.BytesIO()
         arrays = {
             "world": np.frombuffer(self.client.state(), dtype=np.uint8),
@@ -270,7 +311,7 @@ class VectorEnv:
             "resets": self._resets,
             "steps": self._steps,
             "is_over": self._is_over,
-            "delayed": np.array(self._delayed).reshape(len(self._delayed), self.num_envs, len(self._places)),
+            "history": self._history,
             "actions": self._last_actions(),
         }
         np.savez(out, **arrays)
@@ -285,7 +326,7 @@ class VectorEnv:
             self._seed = int(arrays["seed"])
             self._resets, self._steps = arrays["resets"], arrays["steps"]
             self._is_over = arrays["is_over"]
-            self._delayed = deque(arrays["delayed"])
+            self._history = arrays["history"]
             answers = self.client.ask([self._bodies_query, self._joints_query, *self._queries])
             self.last = self._state_of(answers, arrays["actions"])
 
@@ -349,10 +390,12 @@ class VectorEnv:
         commands: list[Command] = []
         for index in np.flatnonzero(is_reset).tolist():
             commands += self._reset_commands(index)
+        for index, placed in self._placed.items():
+            commands.append(self._placed_bodies(index, range(len(self.bodies)), [], placed))
+        self._placed.clear()
         held = np.where(is_reset[:, np.newaxis], self._driven.neutral, actions)
-        for later in self._delayed:
-            later[is_reset] = self._driven.neutral
-        commands += self._driven.commands(self._joint_ids, self.axes, self._places, held)
+        self._history[:, is_reset] = self._driven.neutral
+        commands += self._driven.commands(held)
         answers = self.client.step(
             self.ticks, commands=commands, queries=[self._bodies_query, self._joints_query, *self._queries]
         )
@@ -421,17 +464,20 @@ class VectorEnv:
             joint.rates = [*np.atleast_1d(joint.rates).tolist(), rate]
         return self._placed_bodies(index, self._model.roots, joints)
 
-    def _placed_bodies(self, index: int, rows: Iterable[int], joints: list[PlacedJoint]) -> Command:
-        model = self._model
+    def _placed_bodies(
+        self, index: int, rows: Iterable[int], joints: list[PlacedJoint], placed: CopyState | None = None
+    ) -> Command:
+        """As at first, or as `placed`."""
+        state = placed or self._model
         sector = self._origin(index).sector
-        places: list[Vector] = [(x, y, z) for x, y, z in model.positions.tolist()]
+        places: list[Vector] = [(x, y, z) for x, y, z in state.positions.tolist()]
         bodies = [
             PlacedBody(
                 int(self._body_ids[index, row]),
                 WorldPosition(places[row], sector),
-                model.orientations[row],
-                model.linear_velocities[row],
-                model.angular_velocities[row],
+                state.orientations[row],
+                state.linear_velocities[row],
+                state.angular_velocities[row],
             )
             for row in rows
         ]
@@ -444,44 +490,44 @@ class _Driven:
     def __init__(
         self, axes: Sequence[ModelAxis], mode: DriveMode | None, stiffness: float | None, damping: float | None
     ) -> None:
-        self.modes = [mode or (DriveMode.EFFORT if axis.mode is DriveMode.FREE else axis.mode) for axis in axes]
-        self.stiffness = np.array([axis.stiffness if stiffness is None else stiffness for axis in axes])
-        self.damping = np.array([axis.damping if damping is None else damping for axis in axes])
-        holds_position = [one in (DriveMode.POSITION, DriveMode.SERVO) for one in self.modes]
+        self._axes = axes
+        self._modes = [mode or (DriveMode.EFFORT if axis.mode is DriveMode.FREE else axis.mode) for axis in axes]
+        self._stiffness = np.array([axis.stiffness if stiffness is None else stiffness for axis in axes])
+        self._damping = np.array([axis.damping if damping is None else damping for axis in axes])
+        self._groups: list[tuple[list[int], Ids, dict[str, Any]]] = []
+        holds_position = [one in (DriveMode.POSITION, DriveMode.SERVO) for one in self._modes]
         self.neutral = np.where(holds_position, [axis.position for axis in axes], 0.0).astype(np.float64)
         bounds = {DriveMode.VELOCITY: "velocity_max", DriveMode.EFFORT: "effort_max"}
         self.low = np.array([
             axis.lower if is_position else -getattr(axis, bounds[one])
-            for axis, one, is_position in zip(axes, self.modes, holds_position)
+            for axis, one, is_position in zip(axes, self._modes, holds_position)
         ])
         self.high = np.array([
             axis.upper if is_position else getattr(axis, bounds[one])
-            for axis, one, is_position in zip(axes, self.modes, holds_position)
+            for axis, one, is_position in zip(axes, self._modes, holds_position)
         ])
 
-    def commands(
-        self, joint_ids: Ids, axes: Sequence[ModelAxis], places: NDArray[np.intp], targets: Floats
-    ) -> list[Command]:
-        """A command for each mode and axis that there is."""
-        kinds = sorted({(one.value, axes[n].axis) for one, n in zip(self.modes, places)})
-        result: list[Command] = []
-        for mode, number in kinds:
-            columns = [
-                column
-                for column, (one, n) in enumerate(zip(self.modes, places))
-                if (one.value, axes[n].axis) == (mode, number)
-            ]
-            joints = joint_ids[:, [axes[places[column]].joint for column in columns]]
-            is_servo = mode == DriveMode.SERVO.value
-            result += of_commands.set_drives(
-                joints.ravel(),
-                targets[:, columns].ravel(),
-                DriveMode(mode),
-                stiffness=np.tile(self.stiffness[columns], len(joints)) if is_servo else 0.0,
-                damping=np.tile(self.damping[columns], len(joints)) if is_servo else 0.0,
-                axis=number,
-            )
-        return result
+    def of_joints(self, joint_ids: Ids) -> None:
+        """Whose ids are `joint_ids` [n, joints of the model]."""
+        kinds = [(mode, axis.axis) for mode, axis in zip(self._modes, self._axes)]
+        self._groups = []
+        for mode, number in dict.fromkeys(kinds):
+            columns = [column for column, kind in enumerate(kinds) if kind == (mode, number)]
+            joints = joint_ids[:, [self._axes[column].joint for column in columns]]
+            is_servo = mode is DriveMode.SERVO
+            gains = {
+                name: np.tile(values[columns], len(joints)) if is_servo else 0.0
+                for name, values in (("stiffness", self._stiffness), ("damping", self._damping))
+            }
+            self._groups.append((columns, joints.ravel(), {"mode": mode, "axis": number, **gains}))
+
+    def commands(self, targets: Floats) -> list[Command]:
+        """Those that set targets [n, m]: one for each mode and axis that there is."""
+        return [
+            command
+            for columns, joints, drive in self._groups
+            for command in of_commands.set_drives(joints, targets[:, columns].ravel(), **drive)
+        ]
 
 
 def observation(state: EnvState) -> Floats:
@@ -499,6 +545,15 @@ def observation(state: EnvState) -> Floats:
         ],
         axis=1,
     )
+
+
+def _with_settings(scene: World, settings: Settings | None) -> World:
+    if settings is None:
+        return scene
+    other = World()
+    other.message.CopyFrom(scene.message)
+    other.message.settings.MergeFrom(settings.message())
+    return other
 
 
 def _plane() -> World:
