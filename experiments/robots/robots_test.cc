@@ -1,6 +1,7 @@
 // Robots stand, are the same beside each other and in MuJoCo's words, and the rows tell how they fare.
 #include "experiments/robots/robots.h"
 
+#include <absl/strings/match.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -106,7 +107,7 @@ TEST(RobotsExperiment, TellsTimeAndErrorsBesideMujoco) {
       measure_robots({.quick = true}, [](std::uint64_t, std::uint64_t) { return true; });
   ASSERT_TRUE(report.ok()) << report.status();
   const std::vector<Row>& rows = report->table("rows");
-  EXPECT_EQ(rows.size(), has_mujoco() ? 10u : 4u);
+  EXPECT_EQ(rows.size(), has_mujoco() ? 12u : 6u);
   EXPECT_EQ(report->misses.size(), has_mujoco() ? 0u : 1u);
   for (const Row& row : rows) {
     const bool is_ours = row["hash"].is_string();
@@ -116,9 +117,10 @@ TEST(RobotsExperiment, TellsTimeAndErrorsBesideMujoco) {
     EXPECT_EQ(row["ratio"].is_number(), has_mujoco()) << row;
     EXPECT_NEAR(row["height_m"], is_ant ? 0.51 : 1.19, 0.05) << row;
     if (!is_ours) continue;
-    EXPECT_LT(row["gap_mm_max"], 0.1) << row;
+    const bool is_coarse = absl::StrContains(row["world"].get<std::string>(), "1 substep");
+    EXPECT_LT(row["gap_mm_max"], is_coarse ? 1 : 0.1) << row;
     EXPECT_LE(row["gap_mm_mean"], row["gap_mm_max"]) << row;
-    EXPECT_LT(row["below_mm_max"], 2) << row;
+    EXPECT_LT(row["below_mm_max"], is_coarse ? 40 : 2) << row;
     EXPECT_EQ(row["thrown"], 4) << row;
     EXPECT_EQ(row["thrown_lost"], 0) << row;
     EXPECT_LT(row["energy_error_max"], 0.002) << row;
