@@ -155,8 +155,8 @@ class VectorEnv:
         - `ticks`: of a step.
         - Actions are targets of drives, a column for each actuator: `actuators` are names of joints, by default those that
           the model drives, or else all. `mode`, and for servos `stiffness` (N m/rad or N/m) and `damping` (N m s/rad or
-          N s/m), are the model's by default, and EFFORT for what it does not drive. They act `delay` steps later: one number, or one for each
-          copy.
+          N s/m), are the model's by default, and EFFORT for what it does not drive. They act `delay` steps later: one
+          number, or one for each copy.
         - `observe`, `reward` and `terminate` make arrays of an `EnvState`: [n, ...], [n] and [n] of bool. By default:
           `observation()`, 0 and False. `queries` are asked with each step, and `efforts` of joints told.
         - `steps_max`: after so many, a copy is truncated; 0: never.
@@ -235,6 +235,9 @@ class VectorEnv:
             raise InvalidArgument(
                 f"actions: their shape {given.shape} must be ({self.num_envs}, {len(self.actuators)})"
             )
+        if not np.isfinite(given).all():
+            copy, column = np.argwhere(~np.isfinite(given))[0]
+            raise InvalidArgument(f"actions: that of copy {copy} for {self.actuators[column].name!r} must be finite")
         self._history[1:] = self._history[:-1].copy()
         self._history[0] = given
         was_over = self._is_over.copy()
