@@ -19,7 +19,8 @@ function(tessera_install set)
   install(EXPORT tessera_${set} FILE tessera_${set}.cmake NAMESPACE tessera:: DESTINATION ${package} COMPONENT sdk)
 endfunction()
 
-set(model base grid ground joints model)
+# What the others have in common: worlds as data.
+set(model base grid ground joints model programs wasm)
 tessera_install(model ${model})
 tessera_install(client c client client_keys proto proto_grpc proto_messages proto_services)
 

@@ -41,9 +41,9 @@ set(CPACK_DEBIAN_CLUSTER_PACKAGE_CONTROL_EXTRA
   ${maintainer_files}/conffiles ${maintainer_files}/postinst ${maintainer_files}/prerm ${maintainer_files}/postrm)
 set(CPACK_DEBIAN_SDK_PACKAGE_NAME libtessera-dev)
 set(CPACK_DEBIAN_SDK_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_SDK_PACKAGE_DEPENDS "libabsl-dev, libeigen3-dev, libgrpc++-dev, libprotobuf-dev, libsleef-dev")
+set(CPACK_DEBIAN_SDK_PACKAGE_DEPENDS "libabsl-dev, libeigen3-dev, libgrpc++-dev, libprotobuf-dev, libsleef-dev, libxxhash-dev")
 # For the components `simulation`, whose engines are in the package `tessera`, and `world_files`.
-set(CPACK_DEBIAN_SDK_PACKAGE_RECOMMENDS "libtbb-dev, libxxhash-dev, tessera")
+set(CPACK_DEBIAN_SDK_PACKAGE_RECOMMENDS "libtbb-dev, tessera")
 set(CPACK_DEBIAN_SDK_PACKAGE_SUGGESTS
   "libassimp-dev, libbullet-extras-dev, libconsole-bridge-dev, libpng-dev, libsdformat-dev, libtiff-dev, libtinyxml2-dev, nlohmann-json3-dev")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tessera)
