@@ -240,17 +240,9 @@ class AnyClient(CommandMethods, QueryMethods, ABC):
         those of the following `ticks` that are multiples of `every_ticks`. NotFound for a body that does not
         exist, or no longer exists; errors as `step()`.
         """
-        from tessera.stream_merger import FRAMES_QUEUED_MAX
-
         names = name_list(bodies)
-        ids = {self.find(name).id if isinstance(name, str) else int(name) for name in names}
-        frames: list[BodyFrame] = []
-        with self.watch_bodies(ids=ids, every_ticks=every_ticks, complete=True) as stream:
-            frames.append(stream.next(CALL_TIMEOUT_S))
-            for done in range(0, ticks, FRAMES_QUEUED_MAX):
-                last = self.step(min(FRAMES_QUEUED_MAX, ticks - done))
-                while frames[-1].tick < last - last % every_ticks:
-                    frames.append(stream.next(CALL_TIMEOUT_S))
+        ids = sorted({self.find(name).id if isinstance(name, str) else int(name) for name in names})
+        frames = self._stepped(ids, ticks, every_ticks)
         begun = list(dropwhile(lambda frame: len(frame) < len(ids), frames))
         if not begun or any(len(frame) < len(ids) for frame in begun):
             raise NotFound(f"bodies: not all of {names} existed until the end")
@@ -528,6 +520,19 @@ class AnyClient(CommandMethods, QueryMethods, ABC):
         """The address of the coordinator or the gateway that answered last."""
 
     # --- helpers ---
+
+    def _stepped(self, ids: Sequence[int], ticks: int, every_ticks: int) -> list[BodyFrame]:
+        """What `trajectory()` has of these bodies; those that are not there are missing."""
+        from tessera.stream_merger import FRAMES_QUEUED_MAX
+
+        frames: list[BodyFrame] = []
+        with self.watch_bodies(ids=ids, every_ticks=every_ticks, complete=True) as stream:
+            frames.append(stream.next(CALL_TIMEOUT_S))
+            for done in range(0, ticks, FRAMES_QUEUED_MAX):
+                last = self.step(min(FRAMES_QUEUED_MAX, ticks - done))
+                while frames[-1].tick < last - last % every_ticks:
+                    frames.append(stream.next(CALL_TIMEOUT_S))
+        return frames
 
     def _note(self, answers: Answers) -> None:
         with self._lock:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
-from itertools import dropwhile
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -13,9 +12,8 @@ from tessera import queries
 from tessera._proto import tessera_pb2
 from tessera.any_client import AnyClient, Status
 from tessera.compiled import native
-from tessera.errors import Cancelled, InvalidArgument, NotFound, TesseraError, from_number
-from tessera.frame import BodyFrame, Trajectory, trajectory
-from tessera.references import BodyName, name_list
+from tessera.errors import Cancelled, InvalidArgument, TesseraError, from_number
+from tessera.frame import BodyFrame
 from tessera.results import BodyStates
 from tessera.world import Precision, World
 
@@ -92,25 +90,6 @@ class Simulation(AnyClient):
     ) -> None:
         self.close()
 
-    def trajectory(self, bodies: BodyName | Sequence[BodyName], ticks: int, *, every_ticks: int = 1) -> Trajectory:
-        names = name_list(bodies)
-        ids = sorted({self.find(name).id if isinstance(name, str) else int(name) for name in names})
-        query = queries.body_states(ids)
-        settings = self.status().settings
-        frames = [_frame(self.ask_one(query), settings.sector_size)]
-        last = frames[0].tick + ticks
-        while (now := frames[-1].tick) + (ahead := every_ticks - now % every_ticks) <= last:
-            states = self.step(ahead, queries=[query])[query]
-            frames.append(_frame(states, settings.sector_size))
-        if now < last:
-            self.step(last - now)
-        begun = list(dropwhile(lambda frame: len(frame) < len(ids), frames))
-        if not begun or any(len(frame) < len(ids) for frame in begun):
-            raise NotFound(f"bodies: not all of {names} existed until the end")
-        return trajectory(begun, settings.time_step)
-
-    trajectory.__doc__ = AnyClient.trajectory.__doc__
-
     def serve(self, listen: str = "127.0.0.1:0") -> str:
         """Lets clients of other processes of this machine in, without keys, at host:port; port 0: any free one. Returns the
         address, which stays the same until `close()`: for `tessera.Client(address)`, the web UI (`tessera-viewer
@@ -128,6 +107,18 @@ class Simulation(AnyClient):
         return _from_state, (self.state(), *self._options)
 
     # --- of AnyClient ---
+
+    def _stepped(self, ids: Sequence[int], ticks: int, every_ticks: int) -> list[BodyFrame]:
+        """By queries: streams would need a door for them."""
+        query = queries.body_states(ids)
+        sector_size = self.status().settings.sector_size
+        frames = [_frame(self.ask_one(query), sector_size)]
+        last = frames[0].tick + ticks
+        while (now := frames[-1].tick) + (ahead := every_ticks - now % every_ticks) <= last:
+            frames.append(_frame(self.step(ahead, queries=[query])[query], sector_size))
+        if now < last:
+            self.step(last - now)
+        return frames
 
     def _watchable(self, timeout: float | None) -> Status:
         self.serve()  # streams are those of a cluster
