@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/interrupt.h"
@@ -32,7 +33,10 @@ int run_application(CLI::App& app, int argc, char** argv, const Action& action) 
   char help[] = "--help";
   if (argc > 1 && std::string_view(argv[1]) == "help") {  // `tessera help run` is `tessera run --help`
     arguments.erase(arguments.begin() + 1);
-    arguments.push_back(help);
+    const auto has_name = [&](const CLI::App* command) { return command->get_name() == argv[2]; };
+    const bool is_known = argc == 2 || !std::as_const(app).get_subcommands(has_name).empty();
+    if (!is_known) arguments.resize(2);  // which parsing tells, and does nothing else
+    if (is_known) arguments.push_back(help);
   }
   try {
     parse_command_line(app, static_cast<int>(arguments.size()), arguments.data());

@@ -147,6 +147,9 @@ File::File(std::string name, std::filesystem::path directory)
 
 absl::StatusOr<std::unique_ptr<File>> File::read(const std::filesystem::path& path) {
   std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    return absl::NotFoundError(absl::StrCat(path.string(), ": it is a folder, not a world file"));
+  }
   if (!std::filesystem::is_regular_file(path, error)) {
     return absl::NotFoundError(absl::StrCat(path.string(), ": there is no such file"));
   }

@@ -70,6 +70,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=2)
     options = parser.parse_args()
+    if options.ants < 2 or options.ants % 2:
+        parser.error(f"argument --ants: {options.ants} must be an even number from 2 on: gaits are tried in pairs")
     with tessera.VectorEnv(str(MODEL), options.ants, threads=options.threads, spacing=32, ticks=3) as env:
         gait = learn(env, options.generations, options.seed)
         way = ways_of(env, np.broadcast_to(gait, (options.ants, *gait.shape)))[0]

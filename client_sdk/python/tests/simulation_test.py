@@ -200,6 +200,10 @@ def test_errors_are_those_of_a_cluster() -> None:
         simulation.set_velocity("nobody", (0, 0, 0))
     with pytest.raises(tessera.InvalidArgument, match="threads = 0"):
         tessera.Simulation(threads=0)
+    with pytest.raises(tessera.InvalidArgument, match="ticks = -1 must be at least 0"):
+        simulation.step(-1)
+    with pytest.raises(tessera.NotFound, match="it is a folder, not a world file"):
+        tessera.Simulation(WORLDS)
     with pytest.raises(tessera.NotFound, match="nowhere.sdf"):
         tessera.Simulation("nowhere.sdf")
     with pytest.raises(tessera.FailedPrecondition, match="other precision"):

@@ -576,6 +576,8 @@ class AnyClient(CommandMethods, QueryMethods, ABC):
 def _request(
     commands: Iterable[Command], ticks: int, queries: Iterable[Query[Any]], after: int, owner: str
 ) -> tuple[tessera_pb2.Request, list[Query[Any]]]:
+    if ticks < 0:
+        raise InvalidArgument(f"ticks = {ticks} must be at least 0")
     asked = list(queries)
     messages = [message for query in asked for message in query.messages]
     return tessera_pb2.Request(
