@@ -51,6 +51,7 @@ v1::JointAxis axis_to_proto(const JointAxis& axis) {
   result.set_friction(axis.friction);
   result.set_spring_stiffness(axis.spring_stiffness);
   result.set_spring_reference(axis.spring_reference);
+  result.set_armature(axis.armature);
   if (axis.mimic.is_set()) *result.mutable_mimic() = mimic_to_proto(axis.mimic);
   return result;
 }
@@ -65,6 +66,7 @@ absl::StatusOr<JointAxis> axis_from_proto(const v1::JointAxis& axis) {
   result.friction = axis.friction();
   result.spring_stiffness = axis.spring_stiffness();
   result.spring_reference = axis.spring_reference();
+  result.armature = axis.armature();
   if (!axis.has_mimic()) return result;
   const absl::StatusOr<AxisMimic> mimic = mimic_from_proto(axis.mimic());
   if (!mimic.ok()) return mimic.status();

@@ -84,7 +84,7 @@ JointDescription some_joint() {
   joint.properties.anchor = {1, 2, std::numeric_limits<std::int64_t>::max()};
   joint.properties.in_parent = {{kThird, -0.0, 1}, Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5)};
   joint.properties.in_child.position = {4, 5, 6};
-  joint.properties.axes[0] = {-1, 0, 2, 0, kThird, 0.5, 6, -kThird, {JointId{2}, 0, kThird, 3, -4}};
+  joint.properties.axes[0] = {-1, 0, 2, 0, kThird, 0.5, 6, -kThird, 7, {JointId{2}, 0, kThird, 3, -4}};
   joint.properties.axes[1].lower = 0;
   joint.properties.bodies_collide = true;
   joint.drives = {JointDrive{DriveMode::kPosition, kThird},
@@ -190,6 +190,7 @@ TEST(Convert, JointsSurviveBitForBit) {
             (std::array{-1.0, 0.0, 2.0, 0.0, kThird}));
   EXPECT_EQ(first.spring_stiffness, 6);
   EXPECT_EQ(first.spring_reference, -kThird);
+  EXPECT_EQ(first.armature, 7);
   EXPECT_EQ(first.mimic.leader, JointId{2});
   EXPECT_EQ((std::array{first.mimic.multiplier, first.mimic.reference, first.mimic.offset}),
             (std::array{kThird, 3.0, -4.0}));

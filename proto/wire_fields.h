@@ -77,7 +77,7 @@ void describe(Archive& archive, T& x) {
 template <typename Archive, Is<JointAxis> T>
 void describe(Archive& archive, T& x) {
   archive(x.lower, x.upper, x.velocity_max, x.effort_max, x.damping, x.friction, x.spring_stiffness,
-          x.spring_reference, x.mimic);
+          x.spring_reference, x.mimic, since(7, x.armature));
 }
 template <typename Archive, Is<JointDrive> T>
 void describe(Archive& archive, T& x) {

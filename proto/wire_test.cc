@@ -46,7 +46,7 @@ JointRecord some_joint(std::uint64_t id) {
   record.properties.anchor = {-1, 2, std::int64_t{1} << 62};
   record.properties.in_parent = {{1.0 / 3, -0.0, 3}, Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)};
   record.properties.in_child = {{4, 5, 6}, Eigen::Quaterniond(0, 1, 0, 0)};
-  record.properties.axes[0] = {-1, kUnbounded, 2, 3, 4, 5, 6, -7, {JointId{9}, 1, -3.7, 0.1, 1.0 / 3}};
+  record.properties.axes[0] = {-1, kUnbounded, 2, 3, 4, 5, 6, -7, 8, {JointId{9}, 1, -3.7, 0.1, 1.0 / 3}};
   record.properties.axes[1].friction = 0.1;
   record.properties.pitch = -0.01;
   record.properties.bodies_collide = true;
@@ -334,7 +334,7 @@ TEST(Wire, UnknownKindsAreRefused) {
 // Where this fails, what is stored has changed: give each new field since(kStoredVersion + 1, ...), raise
 // kStoredVersion, and keep a snapshot of the version before in tests/golden/stored.
 TEST(Wire, WhatIsStoredHasAVersion) {
-  ASSERT_EQ(kStoredVersion, 6u);
+  ASSERT_EQ(kStoredVersion, 7u);
   EXPECT_EQ(stored_layout(), 13352034410505564218u) << stored_outline();
 }
 

@@ -252,6 +252,7 @@ void AnyMessage::fill_joint(v1::Joint& joint) {
     if (dice_.one_in(4)) axis.set_friction(numbers_.within({0, kHugeNumber}));
     if (dice_.one_in(4)) axis.set_spring_stiffness(numbers_.within({0, kGainMax, kGainUsual}));
     if (dice_.one_in(4)) axis.set_spring_reference(numbers_.within({-kDriveWayMax, kDriveWayMax, 1}));
+    if (dice_.one_in(4)) axis.set_armature(numbers_.within({0, kArmatureMax, 1}));
     if (!world_.joints.empty() && dice_.one_in(10)) {
       axis.mutable_mimic()->set_leader(world_.joints[dice_.below(world_.joints.size())].id);
       axis.mutable_mimic()->set_axis(1);

@@ -118,12 +118,12 @@ class Writer {
       lacks("drives of this mode here");
     // The second axis is that of the child; MuJoCo turns it by the joint before.
     const Vector3d direction = properties.in_child.orientation * Vector3d::Unit(place);
-    absl::StrAppend(
-        &text, "<joint name='", mjcf_joint(properties.child, place), "' type='",
-        properties.type == JointType::kPrismatic ? "slide" : "hinge", "' pos='",
-        text_of(properties.in_child.position), "' axis='", text_of(direction),
-        absl::StrFormat("' stiffness='%.17g' springref='%.17g' damping='%.17g'", axis.spring_stiffness,
-                        axis.spring_reference, axis.damping + (is_servo ? drive.damping : 0)));
+    absl::StrAppend(&text, "<joint name='", mjcf_joint(properties.child, place), "' type='",
+                    properties.type == JointType::kPrismatic ? "slide" : "hinge", "' pos='",
+                    text_of(properties.in_child.position), "' axis='", text_of(direction),
+                    absl::StrFormat("' armature='%.17g' stiffness='%.17g' springref='%.17g' damping='%.17g'",
+                                    axis.armature, axis.spring_stiffness, axis.spring_reference,
+                                    axis.damping + (is_servo ? drive.damping : 0)));
     if (std::isfinite(axis.lower) && std::isfinite(axis.upper))
       absl::StrAppend(&text, absl::StrFormat(" limited='true' range='%.17g %.17g'", axis.lower, axis.upper));
     absl::StrAppend(&text, "/>");

@@ -69,7 +69,7 @@ std::vector<Scene> ray_scenes();
 std::vector<Scene> trigger_scenes();  // who is in them, and when
 std::vector<Scene> program_scenes();  // how lifts, characters and vehicles move
 std::vector<Scene> force_scenes();    // of the same group: what pushes, draws and takes away
-std::vector<Scene> robot_scenes();    // of the same group: controllers of joints, and robots on wheels
+std::vector<Scene> robot_scenes();    // also: controllers of joints, and robots on wheels
 std::vector<Scene> sensor_scenes();   // of the same group: what sensors show
 std::vector<Scene> fluid_scenes();    // of the same group: what swims and flies
 

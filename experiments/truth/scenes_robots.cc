@@ -163,10 +163,75 @@ Scene steers(Tread tread) {
   return scene;
 }
 
+Scene joint_scene(const std::string& name, double seconds) {
+  Scene scene;
+  scene.group = "joints";
+  scene.name = name;
+  scene.seconds = seconds;
+  scene.in_bullet = false;
+  return scene;
+}
+
+// m g = (m + armature) a
+Scene falls_with_a_motor() {
+  Scene scene = joint_scene("falls_with_a_motor", 1);
+  static constexpr double kArmature = 3;  // kg, three times that of the slide
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    add_body(builder, "slide", Box{{0.2, 0.2, 0.2}}, 1, {kPlace, 0.2, 1}, 0.5);
+    builder.tie("rail", JointType::kPrismatic, "", "slide", {kPlace, 0.2, 1}, Eigen::Vector3d::UnitZ())
+        .properties.axes[0]
+        .armature = kArmature;
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double fall = kGravity / (1 + kArmature);
+    const Glance& end = course.last("slide");
+    const double way = course.first("slide").place.z() - end.place.z();
+    const double seconds = 1;
+    return {{"speed", "m/s", fall * seconds, -end.velocity.z(), 1e-4},
+            {"way", "m", fall * seconds * seconds / 2, way, 0.6 * fall * seconds * course.dt()}};
+  };
+  return scene;
+}
+
+// (I + m r^2 + armature) angle'' = -m g r angle
+Scene swings_with_a_motor() {
+  Scene scene = joint_scene("swings_with_a_motor", 10);
+  static constexpr double kReach = 0.5;
+  static constexpr double kArmature = 0.4;  // kg m^2
+  static constexpr double kAngle = 0.05;    // rad, from hanging down
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    const Eigen::Vector3d axle(kPlace, 0.2, 2);
+    const Eigen::Vector3d out(std::sin(kAngle), 0, -std::cos(kAngle));
+    BodyDescription& bob = add_body(builder, "bob", Sphere{0.1}, 1, axle + kReach * out, 0.5);
+    bob.properties.inertia = {0.004, 0.004, 0.004};
+    builder.tie("axle", JointType::kRevolute, "", "bob", axle, Eigen::Vector3d::UnitY())
+        .properties.axes[0]
+        .armature = kArmature;
+    return builder.world();
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double rate = std::sqrt(kGravity * kReach / (0.004 + kReach * kReach + kArmature));
+    double widest = 0;  // of the last period
+    const std::vector<Glance>& all = course.of("bob");
+    const auto ticks = static_cast<std::ptrdiff_t>(2 * EIGEN_PI / rate / course.dt());
+    for (auto glance = all.end() - ticks; glance != all.end(); ++glance)
+      widest = std::max(widest, std::abs(glance->place.x() - kPlace) / kReach);
+    const double end = (course.last("bob").place.x() - kPlace) / kReach;
+    return {{"amplitude", "rad", kAngle, widest, 0.005 * kAngle},
+            {"angle", "rad", kAngle * std::cos(rate * 10), end, 0.02 * kAngle}};
+  };
+  return scene;
+}
+
 }  // namespace
 
 std::vector<Scene> robot_scenes() {
-  return {step_response(),
+  return {falls_with_a_motor(),
+          swings_with_a_motor(),
+          step_response(),
           holds_a_load(),
           holds_by_stiff_gains(),
           trapezoid(),

@@ -1,4 +1,4 @@
-// Springs, dampers, friction and servos of joints, beside what mechanics says of them.
+// Springs, dampers, friction, servos and armatures of joints, beside what mechanics says of them.
 
 #include <gtest/gtest.h>
 
@@ -243,6 +243,99 @@ TEST_P(PacedTest, ServoOfAnyGainsIsStable) {
   }
 }
 
+// (I + armature) a = effort
+TEST_P(PacedTest, ArmatureAddsToTheInertiaOfAnAxis) {
+  for (const JointType type : {JointType::kRevolute, JointType::kPrismatic}) {
+    for (const double armature : {1e-6, 0.5, 1e6}) {
+      JointScene scene(*engine_, GetParam().dt);
+      scene.add(ghost(kLink, {0, 0, 0}), 0, kNoGravity);
+      const std::size_t joint = scene.tie(type, 0, kLink, frame_at({0, 0, 0}, {0, 0, 1}));
+      const double inertia = (type == JointType::kRevolute ? kSpin : 1) + armature;
+      scene.axis(joint).armature = armature;
+      scene.drive(joint) = {DriveMode::kEffort, 2 * inertia};
+      scene.run(1);
+      EXPECT_NEAR(scene.joint_state(joint).velocity[0], 2, 1e-4) << armature;
+      scene.drive(joint) = {};
+      scene.run(1);
+      EXPECT_NEAR(scene.joint_state(joint).velocity[0], 2, 1e-4) << armature;
+    }
+  }
+}
+
+TEST_P(PacedTest, ArmatureSlowsASwing) {
+  const std::size_t joint = add_free(JointType::kRevolute);
+  const double rate = 2 * pi;
+  scene_.axis(joint).armature = 2 * kSpin;
+  scene_.axis(joint).spring_stiffness = rate * rate * 3 * kSpin;
+  scene_.axis(joint).spring_reference = 0.3;
+  const double z = rate * step() * rate * step();
+  double time = 0;
+  for (int tick = 0; tick < std::lround(3 / GetParam().dt); ++tick) {
+    scene_.step();
+    time += GetParam().dt;
+    const double bound = 0.3 * (rate * step() / 2 + rate * time * z / 12 + z);
+    ASSERT_NEAR(position(), 0.3 * (1 - std::cos(rate * time)), bound + 1e-4) << time;
+  }
+}
+
+TEST_P(PacedTest, ArmatureSlowsAServo) {
+  const std::size_t joint = add_free(JointType::kRevolute);
+  const double inertia = 4 * kSpin;
+  const double rate = 8;  // rad/s: critically damped
+  scene_.axis(joint).armature = 3 * kSpin;
+  scene_.drive(joint) = {DriveMode::kServo, 0.5, rate * rate * inertia, 2 * rate * inertia};
+  double time = 0;
+  for (int tick = 0; tick < std::lround(2 / GetParam().dt); ++tick) {
+    scene_.step();
+    time += GetParam().dt;
+    const double exact = 0.5 * (1 - (1 + rate * time) * std::exp(-rate * time));
+    ASSERT_NEAR(position(), exact, 0.5 * rate * step()) << time;
+  }
+}
+
+// Two links that turn about a hinge between them while both turn across it.
+TEST_P(PacedTest, ArmatureKeepsEnergyAndMomentum) {
+  constexpr double kArmature = 0.4;
+  BodyRecord first = ghost(kLink, {0, 0, 0});
+  BodyRecord second = ghost(kLink + 1, {0, 0, 1});
+  first.state.linear_velocity = {0, -0.3, 0};
+  second.state.linear_velocity = {0, 0.3, 0};  // about x by 0.6 rad/s
+  first.state.angular_velocity = {-0.6, 0, 1};
+  second.state.angular_velocity = {-0.6, 0, -2};
+  scene_.add(first, 0, kNoGravity);
+  scene_.add(second, 0, kNoGravity);
+  const std::size_t hinge =
+      scene_.tie(JointType::kRevolute, kLink, kLink + 1, frame_at({0, 0, 0.5}, {0, 0, 1}));
+  scene_.axis(hinge).armature = kArmature;
+  struct Kept {
+    double energy;
+    Vector3d momentum;
+    Vector3d turning;  // angular momentum
+  };
+  const auto look = [&] {
+    const double rate = scene_.joint_state(hinge).velocity[0];
+    Kept kept{kArmature * rate * rate / 2, Vector3d::Zero(), Vector3d::Zero()};
+    for (const std::uint64_t id : {kLink, kLink + 1}) {
+      const BodyState state = scene_.state(id);
+      const Vector3d place(state.position.data());
+      const Vector3d velocity(state.linear_velocity.data());
+      const Vector3d spin(state.angular_velocity.data());
+      kept.energy += (velocity.squaredNorm() + kSpin * spin.squaredNorm()) / 2;
+      kept.momentum += velocity;
+      kept.turning += place.cross(velocity) + kSpin * spin;
+    }
+    return kept;
+  };
+  scene_.step();
+  const Kept before = look();
+  scene_.run(10);
+  const Kept after = look();
+  EXPECT_NEAR(after.energy, before.energy, 0.01 * before.energy);
+  EXPECT_LT((after.momentum - before.momentum).norm(), 1e-4);
+  EXPECT_LT((after.turning - before.turning).norm(), 1e-2 * before.turning.norm());
+  EXPECT_NEAR(scene_.joint_state(hinge).velocity[0], -3, 0.03);
+}
+
 INSTANTIATE_TEST_SUITE_P(Paces, PacedTest,
                          testing::Values(Pace{1.0 / 60, 1}, Pace{1.0 / 60, 8}, Pace{1.0 / 240, 1},
                                          Pace{1.0 / 240, 8}),
@@ -277,6 +370,30 @@ TEST(SpringTest, PushesAgainstALimit) {
   scene.axis(hinge).spring_reference = 4;
   scene.run(5);
   EXPECT_NEAR(scene.joint_state(hinge).position[0], 1, 1e-3);
+}
+
+// So many driven axes have their rows once a tick.
+TEST(ArmatureTest, CountsInEachStepOfLargeAssemblies) {
+  EngineSettings settings = test_settings();
+  settings.substeps = 8;
+  const auto engine = test_engine(settings);
+  JointScene scene(*engine);
+  BodyRecord hub = ghost(kLink, {0, 0, 0});
+  hub.properties.mass = 1e6;
+  hub.properties.inertia = {1e6, 1e6, 1e6};
+  scene.add(hub, 0, kNoGravity);
+  constexpr std::size_t kArms = 260;
+  for (std::size_t n = 0; n < kArms; ++n) {
+    const std::uint64_t id = kLink + 1 + n;
+    scene.add(ghost(id, {0, 0, 1}), 0, kNoGravity);
+    const std::size_t joint = scene.tie(JointType::kUniversal, kLink, id, frame_at({0, 0, 1}, {0, 0, 1}));
+    scene.joint(joint).axes[1].friction = 1e-3;
+    scene.axis(joint).armature = 2 * kSpin;
+    scene.drive(joint) = {DriveMode::kEffort, n % 2 == 0 ? 3 * kSpin : -3 * kSpin};
+  }
+  scene.run(0.2);
+  EXPECT_NEAR(scene.joint_state(0).velocity[0], 0.2, 1e-4);
+  EXPECT_NEAR(scene.joint_state(1).velocity[0], -0.2, 1e-4);
 }
 
 }  // namespace

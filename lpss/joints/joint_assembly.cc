@@ -96,6 +96,11 @@ void JointAssembly::begin(double dt, int steps) {
     velocities_.segment<3>(first + 3) = body.now.angular;
     first += kBodyNumbers;
   }
+  has_armatures_ = std::ranges::any_of(ties_, [](const Tie& tie) {
+    return std::ranges::any_of(axes_of(*tie.joint.form),
+                               [](const JointAxis& axis) { return axis.armature > 0; });
+  });
+  if (has_armatures_) note_rates();
   moves_ = steps > 1 && axes_with_rows() <= kAxesAnewMax;
   if (moves_) {
     span_ /= steps;
@@ -189,6 +194,8 @@ void JointAssembly::start_step() {
   note_impulses();
   is_settled_ = is_held_ = is_pushed_ = awaits_answer_ = false;
   changed_ = 0;
+  if (has_armatures_) note_rates();
+  if (!moves_) aim_armatures();
   Index first = 0;
   for (const Body& body : bodies_) {
     velocities_.segment<3>(first) += body.now.linear_force / steps_;

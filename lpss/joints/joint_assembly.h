@@ -116,9 +116,10 @@ class JointAssembly {
     Eigen::Index child;
     std::optional<Eigen::Index> parent;
     std::vector<JointRow> rows;
-    Eigen::Index held = 0;  // of them, the first ones
-    JointPoses shifted;     // where errors might be corrected to
-    JointLoads impulses;    // of the tick, so far
+    Eigen::Index held = 0;             // of them, the first ones
+    JointPoses shifted;                // where errors might be corrected to
+    JointLoads impulses;               // of the tick, so far
+    std::array<double, 2> rates = {};  // of axes with an armature, as the step begins; rad/s or m/s
   };
 
   // A body that hangs on one joint alone, once those before it are taken off.
@@ -133,6 +134,14 @@ class JointAssembly {
     std::size_t follower;
     std::size_t leader;
     std::array<JointRow, 2> rows;
+  };
+
+  // A held row with an armature, which resists a change of the rate as a damper resists the rate.
+  struct Armature {
+    std::size_t tie;
+    std::size_t row;  // of the tie
+    Eigen::Index held;
+    double yields;  // 1 / velocity per impulse, of spring and damper alone
   };
 
   // Velocities, and the impulses of soft rows that have made them in this step: held rows with a compliance.
@@ -211,6 +220,9 @@ class JointAssembly {
   void make_rows();
   void make_tie_rows(Tie& tie);
   double parents_rate(const Tie& tie, const JointRow& row) const;
+  double rate_of(const Tie& tie, const JointRow& row) const;
+  void note_rates();
+  void aim_armatures();
   void put_right();
   JointPoses shifted(const Tie& tie, const Eigen::VectorXd& way,
                      std::span<const Eigen::Quaterniond> turns) const;
@@ -281,6 +293,8 @@ class JointAssembly {
   std::vector<Tie> ties_;
   std::size_t ties_count_ = 0;  // while they are added
   std::vector<Link> links_;     // their rows come after those of ties
+  std::vector<Armature> armatures_;
+  bool has_armatures_ = false;
   std::vector<Body> bodies_;
   int steps_ = 1;       // of the tick
   bool moves_ = false;  // from step to step

@@ -83,6 +83,13 @@ void JointAssembly::note_efforts() {
     for (const JointRow& row : std::span(tie.rows).first(static_cast<std::size_t>(tie.held)))
       tie.impulses.effort[static_cast<std::size_t>(row.axis)] += soft_impulses_[n++];
   }
+  // What an armature keeps for itself.
+  for (const Armature& of : armatures_) {
+    Tie& tie = ties_[of.tie];
+    const JointRow& row = tie.rows[of.row];
+    const auto axis = static_cast<std::size_t>(row.axis);
+    tie.impulses.effort[axis] += row.armature * (rate_of(tie, row) - tie.rates[axis]);
+  }
 }
 
 // On the child, the torque about its centre; world axes.

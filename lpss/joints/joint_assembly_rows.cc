@@ -59,13 +59,22 @@ void JointAssembly::make_rows() {
   compliances_.resize(count);
   const double parts = moves_ ? 1 : steps_;  // of what a row's impulse is shared among
   Index n = 0;
-  for (const Tie& tie : ties_) {
-    for (const JointRow& row : std::span(tie.rows).first(static_cast<std::size_t>(tie.held))) {
+  armatures_.clear();
+  for (std::size_t place = 0; place < ties_.size(); ++place) {
+    const Tie& tie = ties_[place];
+    for (std::size_t k = 0; k < static_cast<std::size_t>(tie.held); ++k) {
+      const JointRow& row = tie.rows[k];
       wanted_[n] = row.velocity;
       errors_[n] = row.error;
-      compliances_[n++] = row.compliance * parts;
+      compliances_[n] = row.compliance * parts;
+      if (row.armature > 0) {
+        armatures_.push_back({place, k, n, 1 / compliances_[n]});
+        compliances_[n] = 1 / (armatures_.back().yields + row.armature);
+      }
+      ++n;
     }
   }
+  aim_armatures();
   for (Link& link : links_) {
     link.rows = link.coupling.rows(posed_of(link.follower), posed_of(link.leader));
     wanted_[n] =
@@ -109,6 +118,36 @@ double JointAssembly::parents_rate(const Tie& tie, const JointRow& row) const {
   if (tie.parent) return 0;
   const JointSide& parent = tie.joint.posed.parent;
   return row.linear.dot(parent.linear_velocity) + row.angular_parent.dot(parent.angular_velocity);
+}
+
+// Relative to the parent.
+double JointAssembly::rate_of(const Tie& tie, const JointRow& row) const {
+  const auto child = velocities_.segment<6>(kBodyNumbers * tie.child);
+  double rate = row.linear.dot(child.head<3>()) + row.angular_child.dot(child.tail<3>());
+  if (!tie.parent) return rate - parents_rate(tie, row);
+  const auto parent = velocities_.segment<6>(kBodyNumbers * *tie.parent);
+  return rate - row.linear.dot(parent.head<3>()) - row.angular_parent.dot(parent.tail<3>());
+}
+
+// With the rows of the step before: what turns an axis changes none of the rate about it.
+void JointAssembly::note_rates() {
+  for (Tie& tie : ties_) {
+    const JointForm& form = *tie.joint.form;
+    for (std::size_t n = 0; n < axes_of(form).size(); ++n) {
+      if (form.axes[n].armature > 0)
+        tie.rates[n] = rate_of(tie, axis_row(form.type, tie.joint.posed, static_cast<int>(n)));
+    }
+  }
+}
+
+// What spring and damper want, and the rate at the beginning of the step, by how firmly each does.
+void JointAssembly::aim_armatures() {
+  for (const Armature& of : armatures_) {
+    const Tie& tie = ties_[of.tie];
+    const JointRow& row = tie.rows[of.row];
+    const double rate = tie.rates[static_cast<std::size_t>(row.axis)] + parents_rate(tie, row);
+    wanted_[of.held] = (of.yields * row.velocity + row.armature * rate) * compliances_[of.held];
+  }
 }
 
 // The bodies of each tie, then of each link.

@@ -67,6 +67,9 @@ struct JointAxis {
   double friction = 0;               // effort that resists any motion; >= 0
   double spring_stiffness = 0;       // effort per way from the reference, back to it; 0 to kGainMax
   double spring_reference = 0;       // rad or m; of an angle without limits: the nearest equivalent counts
+  // kg m^2 or kg, 0 to kArmatureMax: a motor's rotor as the axis feels it through its gear (gear ratio^2
+  // times its own). It adds to the inertia of what moves about the axis, and to nothing else.
+  double armature = 0;
   AxisMimic mimic;
 };
 

@@ -215,7 +215,7 @@ class AxisRows {
            std::vector<JointRow>& rows)
       : step_(step), motion_(motion), at_(at), held_(held), rows_(rows) {}
 
-  // Spring and damper.
+  // Spring, damper and armature.
   void yield();
   void drive(const JointDrive& drive);
   void limit();
@@ -248,6 +248,7 @@ void AxisRows::pull(double stiffness, double target, SoftEffort& effort) {
   effort.way = at_.way_to(target);
   effort.rate = rate();
   effort.mobility = mobility();
+  effort.mobility /= 1 + effort.mobility * at_.axis.armature;
 }
 
 void AxisRows::yield() {
@@ -257,7 +258,11 @@ void AxisRows::yield() {
   pull(axis.spring_stiffness, axis.spring_reference, effort);
   JointRow row = motion_;
   row.is_held = true;
-  if (soften(effort, step_.dt, row)) rows_.push_back(row);
+  row.armature = axis.armature;
+  if (soften(effort, step_.dt, row)) return rows_.push_back(row);
+  if (!(axis.armature > 0)) return;
+  row.compliance = kUnbounded;
+  rows_.push_back(row);
 }
 
 void AxisRows::rub() {

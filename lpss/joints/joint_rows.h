@@ -29,8 +29,9 @@ struct JointRow {
   // Part of the sparse system: a direction that is not free, or, with a compliance, a spring or damper.
   // Unbounded impulse.
   bool is_held = false;
-  double error = 0;  // for held rows without a compliance: m or rad, by which the bodies are off
-  int axis = 0;      // of a row along an axis of the joint: which one
+  double armature = 0;  // of a held row, which it slows along its axis: kg m^2 or kg
+  double error = 0;     // for held rows without a compliance: m or rad, by which the bodies are off
+  int axis = 0;         // of a row along an axis of the joint: which one
 };
 
 // The speed of an axis that returns from beyond a limit, which it keeps: rad/s or m/s. The more moves with

@@ -106,6 +106,7 @@ TreeDynamics::TreeDynamics(std::span<const TreeBody> bodies, std::span<const Tre
   Index count = floats ? 6 : 0;
   for (const TreeJoint& joint : joints) count += static_cast<Index>(freedoms(joint.form->type));
   velocities_.setZero(count);
+  armature_.setZero(count);
   if (floats) {
     add_floating(bodies.front());
   } else {
@@ -119,6 +120,8 @@ TreeDynamics::TreeDynamics(std::span<const TreeBody> bodies, std::span<const Tre
     const TreeBody& outer = bodies[joint.outer];
     add_joint(joint, outer, joint.inner ? bodies[*joint.inner].side : ground, first);
     set_body(joint.outer, outer);
+    Index freedom = first;
+    for (const JointAxis& axis : axes_of(*joint.form)) armature_[freedom++] = axis.armature;
     first += static_cast<Index>(freedoms(joint.form->type));
   }
 }
@@ -196,6 +199,7 @@ Eigen::MatrixXd TreeDynamics::mass_matrix() const {
       matrix(link.freedom, other.freedom) = matrix(other.freedom, link.freedom) = force.dot(other.motion);
     }
   }
+  matrix.diagonal() += armature_;
   return matrix;
 }
 
@@ -218,6 +222,7 @@ Eigen::VectorXd TreeDynamics::efforts(const Eigen::VectorXd& accelerations) cons
     if (link.freedom != kNoFreedom) efforts[link.freedom] = link.motion.dot(force[n]);
     if (link.inner != kGround) force[link.inner] += force[n];
   }
+  efforts += armature_.cwiseProduct(accelerations);
   return efforts;
 }
 

@@ -1,4 +1,5 @@
-// The dynamics of bodies that joints connect in a tree: M(q) a + bias(q, v) = efforts.
+// The dynamics of bodies that joints connect in a tree: M(q) a + bias(q, v) = efforts, where the armature of
+// axes is part of M.
 //
 // Source: Featherstone, Rigid Body Dynamics Algorithms, 2008: the recursive Newton-Euler algorithm
 // (table 5.1), the composite rigid body algorithm (table 6.2); here in the world's axes about one point
@@ -92,6 +93,7 @@ class TreeDynamics {
   std::vector<std::size_t> link_of_;  // by body
   std::vector<Pose> poses_;           // of centre frames, relative to the origin
   Eigen::VectorXd velocities_;
+  Eigen::VectorXd armature_;  // kg m^2 or kg, by degree of freedom
 };
 
 }  // namespace tessera::joints

@@ -38,6 +38,7 @@ inline constexpr double kTorqueMax = 1e12;                // N m
 inline constexpr double kLeverMax = 1e8;                  // m, of an impulse
 inline constexpr double kRadialSectorsMax = 4;            // edges of a sector, the radius of a radial impulse
 inline constexpr double kDriveWayMax = 1e6;               // m, the target of a position drive
+inline constexpr double kArmatureMax = 1e12;              // kg m^2, or kg: of the axis of a joint
 inline constexpr double kGainMax = 1e12;                  // of a drive or spring: N/m, N s/m; N m and rad
 inline constexpr double kMimicMultiplierMax = 1e6;        // rad/rad, m/m, m/rad or rad/m
 inline constexpr double kFrameReachMax = 1e8;             // m, of a frame from its body

@@ -74,6 +74,9 @@ absl::Status axis_check(const JointAxis& axis, JointType type) {
   absl::Status status = bounded("spring_stiffness", axis.spring_stiffness, 0, kGainMax, gain_unit(type));
   if (!status.ok()) return status;
   status = bounded("spring_reference", axis.spring_reference, -kDriveWayMax, kDriveWayMax, unit_of(type));
+  if (!status.ok()) return status;
+  status =
+      bounded("armature", axis.armature, 0, kArmatureMax, type == JointType::kPrismatic ? "kg" : "kg m^2");
   return status.ok() ? mimic_check(axis.mimic, type) : status;
 }
 

@@ -69,6 +69,11 @@ Mechanics MechanicsOfWorld::at(std::span<const BodyRecord> bodies, double lag) {
       parent.pose.position = metres_between(anchor_, properties.anchor, settings_.sector_size);
     }
     now.joints.push_back(joint_state(properties, parent, side(properties.child)));
+    const std::span<const JointAxis> axes = axes_of(properties);
+    for (std::size_t n = 0; n < axes.size(); ++n) {
+      const double rate = now.joints.back().velocity[n];
+      now.kinetic += axes[n].armature * rate * rate / 2;
+    }
     now.gap = larger(now.gap, now.joints.back().gap);
     now.twist = larger(now.twist, now.joints.back().twist);
   }

@@ -13,7 +13,7 @@
 namespace tessera {
 
 struct Mechanics {
-  double kinetic = 0;                                  // J
+  double kinetic = 0;                                  // J, with that of the armature of joints
   double potential = 0;                                // J, of weight alone; 0 around a planet
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();  // kg m/s
   Eigen::Vector3d angular_momentum =

@@ -193,6 +193,8 @@ absl::StatusOr<Vector3d> direction_of(const sdf::JointAxis* axis) {
 absl::Status prepare_joint(xml::Element& joint) {
   const absl::StatusOr<JointDrives> drives = take_drives(joint);
   if (!drives.ok()) return drives.status();
+  const absl::StatusOr<std::array<double, 2>> armatures = take_armatures(joint);
+  if (!armatures.ok()) return armatures.status();
   for (const xml::Element* child = joint.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
     if (!absl::StartsWith(child->Name(), "tessera:")) continue;
@@ -205,6 +207,10 @@ absl::Status prepare_joint(xml::Element& joint) {
                             drive.target, drive.stiffness, drive.damping, drive.velocity, drive.effort);
     }
     joint.InsertNewChildElement(kKeptDrives.data())->SetText(text.c_str());
+  }
+  if (*armatures != std::array<double, 2>{}) {
+    const std::string text = absl::StrFormat("%.17g %.17g", armatures->front(), armatures->back());
+    joint.InsertNewChildElement(kKeptArmatures.data())->SetText(text.c_str());
   }
   if (absl::Status status = keep_mimics(joint); !status.ok()) return status;
   if (xml::Element* pitch = joint.FirstChildElement("screw_thread_pitch")) {
@@ -257,6 +263,12 @@ absl::StatusOr<std::optional<JointKind>> read_joint(const sdf::Joint& joint, Not
   result.properties.type = *type;
   for (int n = 0; n < axis_count(*type); ++n) {
     result.properties.axes[n] = axis_of(joint.Axis(n), *type, joint.Name(), notices);
+  }
+  const std::vector<double> armatures = kept_numbers(joint, kKeptArmatures);
+  for (std::size_t n = 0; n < armatures.size(); ++n) {
+    if (armatures[n] != 0 && n >= axes_of(result.properties).size())
+      return absl::InvalidArgumentError(absl::StrCat("<tessera:armature>: it has no axis ", n + 1));
+    result.properties.axes[n].armature = armatures[n];
   }
   if (*type == JointType::kScrew) {
     const absl::StatusOr<double> pitch = pitch_of(joint);

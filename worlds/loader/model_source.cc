@@ -52,8 +52,8 @@ constexpr std::array<absl::string_view, 7> kKnownGeometries = {"box",       "sph
 constexpr std::array<absl::string_view, 9> kJointTypes = {
     "ball", "continuous", "fixed", "gearbox", "prismatic", "revolute", "revolute2", "screw", "universal"};
 // Elements of our own, in place of what libsdformat does not support.
-constexpr std::array<absl::string_view, 8> kKept = {
-    "tessera:auto_inertia", "tessera:density", kKeptDrives, kKeptMimic,
+constexpr std::array<absl::string_view, 9> kKept = {
+    "tessera:auto_inertia", "tessera:density", kKeptDrives, kKeptArmatures, kKeptMimic,
     kKeptThreadPitch,       kSurfaceMotion,    kTrigger,    kProgram};
 // libsdformat would accept any number, even NaN; here the error can still name the line.
 constexpr std::array<absl::string_view, 18> kNumbers = {"mass",         "ixx",

@@ -62,14 +62,21 @@ absl::StatusOr<DriveMode> drive_mode(const Element& drive) {
   return xml::invalid(drive, "mode '", *mode, "' must be free, velocity, position, effort or servo");
 }
 
+// 0 or 1.
+absl::StatusOr<std::size_t> axis_of(const Element& element) {
+  const absl::string_view axis = element.Attribute("axis") == nullptr ? "1" : element.Attribute("axis");
+  if (axis != "1" && axis != "2") return xml::invalid(element, "axis '", axis, "' must be 1 or 2");
+  return axis == "1" ? 0 : 1;
+}
+
 absl::Status read_drive(const Element& drive, JointDrives& drives, std::array<bool, 2>& taken) {
   absl::Status known =
       xml::only_attributes(drive, {"mode", "target", "axis", "stiffness", "damping", "velocity", "effort"});
   if (!known.ok()) return known;
   const absl::StatusOr<DriveMode> mode = drive_mode(drive);
   if (!mode.ok()) return mode.status();
-  const absl::string_view axis = drive.Attribute("axis") == nullptr ? "1" : drive.Attribute("axis");
-  if (axis != "1" && axis != "2") return xml::invalid(drive, "axis '", axis, "' must be 1 or 2");
+  const absl::StatusOr<std::size_t> axis = axis_of(drive);
+  if (!axis.ok()) return axis.status();
   JointDrive result{*mode, 0};
   for (const auto& [name, number] :
        {std::pair{"target", &result.target}, std::pair{"stiffness", &result.stiffness},
@@ -80,10 +87,9 @@ absl::Status read_drive(const Element& drive, JointDrives& drives, std::array<bo
     if (!value.ok()) return value.status();
     *number = *value;
   }
-  const std::size_t place = axis == "1" ? 0 : 1;
-  if (taken[place]) return xml::invalid(drive, "axis ", axis, " has a drive already");
-  taken[place] = true;
-  drives[place] = result;
+  if (taken[*axis]) return xml::invalid(drive, "axis ", *axis + 1, " has a drive already");
+  taken[*axis] = true;
+  drives[*axis] = result;
   return absl::OkStatus();
 }
 
@@ -190,6 +196,23 @@ absl::StatusOr<JointDrives> take_drives(Element& joint) {
   while (Element* drive = joint.FirstChildElement("tessera:drive")) {
     if (absl::Status status = read_drive(*drive, result, taken); !status.ok()) return status;
     joint.DeleteChild(drive);
+  }
+  return result;
+}
+
+absl::StatusOr<std::array<double, 2>> take_armatures(Element& joint) {
+  std::array<double, 2> result{};
+  std::array<bool, 2> taken{};
+  while (Element* armature = joint.FirstChildElement("tessera:armature")) {
+    if (absl::Status status = xml::only_attributes(*armature, {"value", "axis"}); !status.ok()) return status;
+    const absl::StatusOr<std::size_t> axis = axis_of(*armature);
+    if (!axis.ok()) return axis.status();
+    const absl::StatusOr<double> value = xml::number_attribute(*armature, "value");
+    if (!value.ok()) return value.status();
+    if (taken[*axis]) return xml::invalid(*armature, "axis ", *axis + 1, " has an armature already");
+    taken[*axis] = true;
+    result[*axis] = *value;
+    joint.DeleteChild(armature);
   }
   return result;
 }

@@ -13,6 +13,7 @@
 //   <tessera:surface_motion [velocity="x y z"] [running="x y z"]/> in <link>.
 //   <tessera:program kind= .../> in <link>: program_reader.h.
 //   <tessera:drive mode= [target=] [axis=] [stiffness=] [damping=] [velocity=] [effort=]/> in <joint>.
+//   <tessera:armature value= [axis=]/> in <joint>.
 //   <tessera:heightfield columns= rows= spacing="x y">heights</tessera:heightfield> in <geometry>.
 //   <tessera:ground source= spacing= [radius=] height= wavelength= [octaves=] [seed=] [sea=]/> in <geometry>.
 #pragma once
@@ -21,6 +22,7 @@
 #include <absl/status/statusor.h>
 
 #include <Eigen/Core>
+#include <array>
 
 #include "lpss/model/world_description.h"
 #include "worlds/loader/xml.h"
@@ -43,5 +45,8 @@ absl::StatusOr<PlacementExtras> take_extras(xml::Element& element);
 
 // The drives of a <joint>, which are removed from it.
 absl::StatusOr<JointDrives> take_drives(xml::Element& joint);
+
+// Those of its axes (kg m^2 or kg), likewise.
+absl::StatusOr<std::array<double, 2>> take_armatures(xml::Element& joint);
 
 }  // namespace tessera

@@ -5,6 +5,7 @@
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
 #include <absl/strings/str_replace.h>
 #include <absl/strings/str_split.h>
 
@@ -280,8 +281,14 @@ void Document::write(Element& element, std::string& text) {
   }
   lines_.push_back(&element);
   absl::StrAppend(&text, "\n<", element.Name());
-  for (const auto* attribute = element.FirstAttribute(); attribute != nullptr; attribute = attribute->Next())
-    absl::StrAppend(&text, " ", attribute->Name(), "=\"", escaped(attribute->Value()), "\"");
+  // MuJoCo 2.2 counts numbers by single spaces.
+  for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
+       attribute = attribute->Next()) {
+    const std::vector<absl::string_view> words =
+        absl::StrSplit(attribute->Value(), absl::ByAnyChar(" \t\r\n"), absl::SkipEmpty());
+    const std::string value = absl::StrJoin(words, " ");
+    absl::StrAppend(&text, " ", attribute->Name(), "=\"", escaped(value), "\"");
+  }
   absl::StrAppend(&text, ">");
   // As of MuJoCo 2.3, a range is a limit unless the file says something else.
   if (&element == &file_.root()) absl::StrAppend(&text, "<compiler autolimits=\"true\"/>");

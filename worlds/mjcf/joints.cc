@@ -65,8 +65,7 @@ JointAxis axis_of_joint(const mjModel& model, int joint, Notices& notices) {
     axis.spring_reference = model.qpos_spring[model.jnt_qposadr[joint]] - turns;
   }
   if (has(model, mjDSBL_FRICTIONLOSS)) axis.friction = model.dof_frictionloss[freedom];
-  if (model.dof_armature[freedom] != 0)
-    notices.count("'armature' of a joint, not simulated: drives are stable without it");
+  axis.armature = model.dof_armature[freedom];
   return axis;
 }
 

@@ -183,7 +183,7 @@ TEST(Mjcf, HingesAreRevoluteJointsWithAllThatTheyHave) {
   EXPECT_DOUBLE_EQ(axis.friction, 3);
   EXPECT_DOUBLE_EQ(axis.spring_stiffness, 4);
   EXPECT_NEAR(axis.spring_reference, pi / 2, 1e-12);
-  EXPECT_THAT(loaded.notices, Contains(HasSubstr("'armature' of a joint, not simulated")));
+  EXPECT_DOUBLE_EQ(axis.armature, 1);
 }
 
 TEST(Mjcf, ARangeIsALimitUnlessTheFileSaysSomethingElse) {
@@ -314,6 +314,12 @@ TEST(Mjcf, AKeyframeIsTheStart) {
   // Of several without a home, none.
   const LoadedWorld none = load(hinged("", "<keyframe><key qpos='1'/><key qpos='2'/></keyframe>"));
   EXPECT_LT(body_named(none, "m::b").pose.orientation.angularDistance(Eigen::Quaterniond::Identity()), 1e-12);
+}
+
+TEST(Mjcf, NumbersOfAKeyframeMayBeOnSeveralLines) {
+  const LoadedWorld loaded = load(
+      mujoco(moving("b", "<freejoint/>"), "<keyframe><key qpos='\n  1 2  3\n\t1 0 0 0\n  '/></keyframe>"));
+  expect_near(place(loaded, "m::b"), {1, 2, 3});
 }
 
 TEST(Mjcf, EqualitiesAreJointsAndFollowers) {

@@ -90,6 +90,7 @@ class Axis:
     friction: float = 0.0  # effort that resists any motion
     spring_stiffness: float = 0.0  # effort per way from the reference, back to it
     spring_reference: float = 0.0  # rad or m
+    armature: float = 0.0  # kg m^2 or kg: a motor's rotor as the axis feels it, through its gear
     mimic: Mimic | None = None
 
     def message(self) -> world_pb2.JointAxis:
@@ -98,6 +99,7 @@ class Axis:
             friction=self.friction,
             spring_stiffness=self.spring_stiffness,
             spring_reference=self.spring_reference,
+            armature=self.armature,
             mimic=None if self.mimic is None else self.mimic.message(),
         )
         for name in ("lower", "upper", "velocity_max", "effort_max"):
