@@ -159,7 +159,6 @@ void JointTurns<Scalar>::begin_jointed_contacts() {
                                            .share = double(rows.share),
                                            .step = double(rows.step),
                                            .push_rate = double(rows.push_rate),
-                                           .push_speed_max = double(rows.push_speed_max),
                                            .impulse_share = double(rows.impulse_share),
                                            .mass_share = double(rows.mass_share)};
   jointed_contacts_.begin(softness, joints_, *this, std::span(touched_).first(islands_->bodies.size()),

@@ -218,7 +218,7 @@ void JointedContacts::solve_point(Point& point, bool biased) {
   double impulse = row.impulse;
   double mass = row.mass;
   if (biased && point.gap < kClosedGap) {
-    wanted = std::min(-point.gap * soft.push_rate, soft.push_speed_max);
+    wanted = std::min(-point.gap * soft.push_rate, point.opens_max);
     mass *= soft.mass_share;
     impulse *= 1 - soft.impulse_share;
   }

@@ -57,7 +57,6 @@ class JointedContacts {
     double share = 0;
     double step = 0;
     double push_rate = 0;
-    double push_speed_max = 0;
     double impulse_share = 0;
     double mass_share = 0;
   };
@@ -149,6 +148,7 @@ class JointedContacts {
   struct Point {
     Row row;
     double gap = 0;                 // m, in this step
+    double opens_max = 0;           // m/s, at which an overlap is opened
     double approach_max = 0;        // m/s, at most 0: what closes the gap by the end of the tick
     double before = 0;              // m/s, before the tick
     double pull = 0;                // m/s^2, of forces
@@ -187,6 +187,7 @@ class JointedContacts {
   std::size_t place_answers(Row& row, std::size_t first) const;
   void make_matrix(const Cluster& cluster);
   void make_answer(Row& row);
+  static double opening_max(const Row& row);
   void make_masses(Patch& patch);
   double answer_of(const Row& row, const Row& by) const;
   std::array<double, 3> mobility_of(const Row& first, const Row& second) const;

@@ -395,6 +395,13 @@ std::array<double, 3> JointedContacts::mobility_of(const Row& first, const Row& 
   return {first.mobility, both, second.mobility};
 }
 
+// As an axis returns from beyond a limit: where joints leave little of how the bodies give way, what moves
+// with them would be thrown.
+double JointedContacts::opening_max(const Row& row) {
+  if (!(row.mobility > 0)) return 0;
+  return joints::kReturnSpeed * std::sqrt(std::min(row.mobility / row.free_mobility, 1.0));
+}
+
 void JointedContacts::make_masses(Patch& patch) {
   const auto set_mass = [this](Row& row) {
     row.mobility = answer_of(row, row);
@@ -405,7 +412,11 @@ void JointedContacts::make_masses(Patch& patch) {
   if (patch.arm > 0) {
     for (Row& row : patch.rolling) set_mass(row);
   }
-  for (int n = 0; n < patch.points; ++n) set_mass(patch.point[static_cast<std::size_t>(n)].row);
+  for (int n = 0; n < patch.points; ++n) {
+    Point& point = patch.point[static_cast<std::size_t>(n)];
+    set_mass(point.row);
+    point.opens_max = opening_max(point.row);
+  }
   Eigen::Matrix3d mobility = Eigen::Matrix3d::Zero();
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Row& by = patch.rubbing[static_cast<std::size_t>(k)];
