@@ -157,6 +157,7 @@ v1::SectorIndex to_proto(const SectorIndex& sector) {
   result.set_i(sector.i);
   result.set_j(sector.j);
   result.set_k(sector.k);
+  result.set_frame(sector.frame);
   return result;
 }
 
@@ -341,7 +342,9 @@ v1::Precision to_proto(Precision precision) {
   return precision == Precision::kFloat32 ? v1::PRECISION_FLOAT32 : v1::PRECISION_FLOAT64;
 }
 
-SectorIndex from_proto(const v1::SectorIndex& sector) { return {sector.i(), sector.j(), sector.k()}; }
+SectorIndex from_proto(const v1::SectorIndex& sector) {
+  return {sector.i(), sector.j(), sector.k(), sector.frame()};
+}
 
 Eigen::Vector3d from_proto(const v1::Vector3& vector) { return {vector.x(), vector.y(), vector.z()}; }
 

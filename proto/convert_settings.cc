@@ -79,6 +79,39 @@ absl::StatusOr<Gravity> gravity(const v1::WorldSettings& settings) {
   return refused("gravity must be set, uniform or central");
 }
 
+v1::MovingFrame to_proto(const MovingFrame& frame) {
+  v1::MovingFrame result;
+  result.set_name(frame.name);
+  *result.mutable_start() = tessera::to_proto(frame.start);
+  *result.mutable_velocity() = tessera::to_proto(frame.velocity);
+  *result.mutable_spin() = tessera::to_proto(frame.spin);
+  result.set_falls(frame.falls);
+  if (frame.region) {
+    *result.mutable_region_centre() = tessera::to_proto(frame.region->centre);
+    *result.mutable_region_size() = tessera::to_proto(frame.region->size);
+  }
+  for (const FrameLeg& leg : frame.legs) {
+    v1::FrameLeg& added = *result.add_legs();
+    added.set_seconds(leg.seconds);
+    *added.mutable_acceleration() = tessera::to_proto(leg.acceleration);
+  }
+  return result;
+}
+
+MovingFrame frame_from_proto(const v1::MovingFrame& frame) {
+  MovingFrame result;
+  result.name = frame.name();
+  result.start = from_proto(frame.start());
+  result.velocity = from_proto(frame.velocity());
+  result.spin = from_proto(frame.spin());
+  result.falls = frame.falls();
+  if (frame.has_region_size())
+    result.region = FrameRegion{from_proto(frame.region_centre()), from_proto(frame.region_size())};
+  for (const v1::FrameLeg& leg : frame.legs())
+    result.legs.push_back({leg.seconds(), from_proto(leg.acceleration())});
+  return result;
+}
+
 }  // namespace
 
 v1::WorldSettings to_proto(const WorldSettings& settings) {
@@ -95,6 +128,7 @@ v1::WorldSettings to_proto(const WorldSettings& settings) {
     result.mutable_central_gravity()->set_surface(planet.surface);
     result.mutable_central_gravity()->set_radius(planet.radius);
   }
+  for (const MovingFrame& frame : settings.frames) *result.add_frames() = to_proto(frame);
   for (const std::shared_ptr<const ProgramModule>& module : settings.modules)
     result.add_modules(module->bytes);
   return result;
@@ -112,6 +146,9 @@ absl::StatusOr<WorldSettings> from_proto(const v1::WorldSettings& message) {
   absl::StatusOr<Gravity> pull = gravity(message);
   if (!pull.ok()) return pull.status();
   result.gravity = *std::move(pull);
+  if (message.frames_size() > static_cast<int>(kMovingFramesMax))
+    return refused("frames: their number ", message.frames_size(), " must be at most ", kMovingFramesMax);
+  for (const v1::MovingFrame& frame : message.frames()) result.frames.push_back(frame_from_proto(frame));
   if (message.modules_size() > static_cast<int>(kModulesMax))
     return refused("modules: their number ", message.modules_size(), " must be at most ", kModulesMax);
   for (int n = 0; n < message.modules_size(); ++n) {

@@ -213,6 +213,40 @@ TEST(Convert, WhatAJointLeavesOutIsFree) {
   EXPECT_TRUE(joint->properties.in_child.is_identity());
 }
 
+TEST(Convert, FramesThatMoveSurvive) {
+  WorldSettings settings;
+  settings.frames.resize(2);
+  MovingFrame& station = settings.frames[0];
+  station.name = "station";
+  station.start = {{{1, -2, 3}, {0.5, kThird, -4}}, Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5)};
+  station.velocity = {7.7e3, kThird, 0};
+  station.spin = {0, 0, 1e-3};
+  station.falls = true;
+  station.region = FrameRegion{{1, 2, 3}, {4, 5, 6}};
+  MovingFrame& train = settings.frames[1];
+  train.name = "train";
+  train.legs = {{2, {0, kThird, 0}}, {kThird, {1, 0, 0}}};
+  const absl::StatusOr<WorldSettings> back = from_proto(to_proto(settings));
+  ASSERT_TRUE(back.ok()) << back.status();
+  ASSERT_EQ(back->frames.size(), 2u);
+  const MovingFrame& first = back->frames[0];
+  EXPECT_EQ(first.name, station.name);
+  EXPECT_EQ(first.start.position, station.start.position);
+  EXPECT_EQ(first.start.orientation.coeffs(), station.start.orientation.coeffs());
+  EXPECT_EQ(first.velocity, station.velocity);
+  EXPECT_EQ(first.spin, station.spin);
+  EXPECT_TRUE(first.falls);
+  ASSERT_TRUE(first.region.has_value());
+  EXPECT_EQ(first.region->centre, station.region->centre);
+  EXPECT_EQ(first.region->size, station.region->size);
+  const MovingFrame& second = back->frames[1];
+  EXPECT_FALSE(second.falls);
+  EXPECT_FALSE(second.region.has_value());
+  ASSERT_EQ(second.legs.size(), 2u);
+  EXPECT_EQ(second.legs[1].seconds, kThird);
+  EXPECT_EQ(second.legs[0].acceleration, train.legs[0].acceleration);
+}
+
 TEST(Convert, EverySettingIsAFieldAndSurvives) {
   const v1::WorldSettings message = to_proto(some_world().settings);
   for (const WorldSetting& setting : kSettings) {
@@ -221,9 +255,8 @@ TEST(Convert, EverySettingIsAFieldAndSurvives) {
     ASSERT_TRUE(back.ok()) << back.status();
     EXPECT_EQ(text_of(setting, *back), text_of(setting, some_world().settings));
   }
-  const auto gravity_and_modules = 3;
-  EXPECT_EQ(v1::WorldSettings::descriptor()->field_count(),
-            static_cast<int>(kSettings.size()) + gravity_and_modules);
+  const auto others = 4;  // uniform and central gravity, frames, modules
+  EXPECT_EQ(v1::WorldSettings::descriptor()->field_count(), static_cast<int>(kSettings.size()) + others);
 }
 
 TEST(Convert, SettingsThatAreAbsentHaveTheirDefaults) {

@@ -2,6 +2,7 @@
 
 #include <xxhash.h>
 
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -63,15 +64,19 @@ std::string sector_key(const SectorIndex& sector) {
   std::string key(1, static_cast<char>(Chunk::kSectors));
   for (const std::int64_t n : {sector.i, sector.j, sector.k})
     append_number(static_cast<std::uint64_t>(n) ^ kSignBit, key);
+  if (sector.frame != kWorldFrame) append_number(sector.frame, key);
   return key;
 }
 
 std::optional<SectorIndex> sector_of_key(std::string_view key) {
-  if (!is_of(key, Chunk::kSectors) || key.size() != 1 + 3 * kNumberBytes) return std::nullopt;
+  const bool has_frame = key.size() == 1 + 4 * kNumberBytes;
+  if (!is_of(key, Chunk::kSectors) || (!has_frame && key.size() != 1 + 3 * kNumberBytes)) return std::nullopt;
   const auto number = [&](std::size_t n) {
     return static_cast<std::int64_t>(number_in(key, 1 + n * kNumberBytes) ^ kSignBit);
   };
-  return SectorIndex{number(0), number(1), number(2)};
+  const std::uint64_t frame = has_frame ? number_in(key, 1 + 3 * kNumberBytes) : kWorldFrame;
+  if (frame > std::numeric_limits<FrameNumber>::max()) return std::nullopt;
+  return SectorIndex{number(0), number(1), number(2), static_cast<FrameNumber>(frame)};
 }
 
 ChunkDigest digest_of(std::string_view bytes) {

@@ -26,7 +26,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<SectorIndex> T>
 void describe(Archive& archive, T& x) {
-  archive(x.i, x.j, x.k);
+  archive(x.i, x.j, x.k, since(7, x.frame));
 }
 template <typename Archive, Is<Surface> T>
 void describe(Archive& archive, T& x) {

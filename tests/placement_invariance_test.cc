@@ -9,7 +9,8 @@ using namespace tessera::testing;
 constexpr std::uint64_t kWholeRun = 180;
 constexpr const char* kWorlds[] = {"busy.sdf",     "seam.sdf",    "tower.sdf", "falling.sdf",  "machines.sdf",
                                    "globe.sdf",    "station.sdf", "flee.sdf",  "fountain.sdf", "workshop.sdf",
-                                   "airfield.sdf", "road.sdf",    "rover.sdf", "house.sdf",    "harbour.sdf"};
+                                   "airfield.sdf", "road.sdf",    "rover.sdf", "house.sdf",    "harbour.sdf",
+                                   "train.sdf",    "habitat.sdf", "orbit.sdf"};
 
 class PlacementInvariance : public ::testing::TestWithParam<int> {};
 

@@ -149,6 +149,15 @@ struct NearBody {
   double distance = 0;  // m, between the surfaces; 0 if they overlap
 };
 
+// What a frame that turns does to a body in a step.
+struct FrameTurn {
+  Eigen::Vector3d acceleration;  // m/s^2, mean: on top of gravity
+  Eigen::Vector3d torque;        // N m
+  // In free flight, in the place of gravity and that: the way (m), and how the velocity changes (m/s).
+  Eigen::Vector3d way;
+  Eigen::Vector3d change;
+};
+
 // One sector's engine world.
 class SectorWorld {
  public:
@@ -201,6 +210,10 @@ class SectorWorld {
   // it; integrate() ends it. Engines that do not look ahead have none.
   virtual double surge(BodySlot) const { return 0; }
   virtual void set_surge(BodySlot, double) {}
+
+  // Of a dynamic body that lives here, in a frame that turns: what that makes of its next step. Engines
+  // without frames ignore it.
+  virtual void set_turning(BodySlot, const FrameTurn&) {}
 
   // Of a dynamic body that lives here or a clone of one; kUsual until it is set. Policy island.
   virtual void set_range(BodySlot slot, Range range) = 0;

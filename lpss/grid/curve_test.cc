@@ -19,7 +19,7 @@ std::vector<SectorIndex> some_sectors() {
   std::mt19937_64 random(5);
   for (int n = 0; n < 60; ++n) {
     const auto draw = [&] { return static_cast<std::int64_t>(random()) >> (random() % 64); };
-    sectors.push_back({draw(), draw(), draw()});
+    sectors.push_back({draw(), draw(), draw(), static_cast<FrameNumber>(n % 3)});
   }
   return sectors;
 }
@@ -51,8 +51,12 @@ TEST(CurveCube, OneFollowsTheOther) {
   for (int n = 0; n < 8; ++n) at = *first_after_cube(at, 0, {});
   EXPECT_EQ(at, *first_after_cube({}, 1, {}));
   EXPECT_EQ(at, (SectorIndex{0, 0, 2})) << "the next cube of two sectors: the last axis comes first";
-  EXPECT_EQ(first_after_cube({kMost, kMost, kMost}, 0, {}), std::nullopt);
-  EXPECT_EQ(first_after_cube({5, 6, 7}, kCurveLevelMax, {}), std::nullopt);
+  constexpr FrameNumber kLast = std::numeric_limits<FrameNumber>::max();
+  EXPECT_EQ(first_after_cube({kMost, kMost, kMost, kLast}, 0, {}), std::nullopt);
+  EXPECT_EQ(first_after_cube({5, 6, 7, kLast}, kCurveLevelMax, {}), std::nullopt);
+  const SectorIndex next{kLeast, kLeast, kLeast, 3};
+  EXPECT_EQ(first_after_cube({kMost, kMost, kMost, 2}, 0, {}), next) << "the curve of the next frame";
+  EXPECT_EQ(first_after_cube({5, 6, 7, 2}, kCurveLevelMax, {1, 1, 1}), next) << "whose anchor is its origin";
   EXPECT_EQ(common_level({-1, 0, 0}, {0, 0, 0}, {}), kCurveLevelMax);
 }
 

@@ -1,5 +1,7 @@
 #include "lpss/model/gravity.h"
 
+#include <cmath>
+
 namespace tessera {
 namespace {
 
@@ -12,6 +14,27 @@ Eigen::Vector3d pull(const CentralGravity& planet, const Eigen::Vector3d& from_c
 }
 
 }  // namespace
+
+Eigen::Vector3d acceleration_from(const Gravity& gravity, const Eigen::Vector3d& from_centre) {
+  if (const auto* uniform = std::get_if<UniformGravity>(&gravity)) return uniform->acceleration;
+  return pull(std::get<CentralGravity>(gravity), from_centre);
+}
+
+Eigen::Vector3d difference_from(const Gravity& gravity, const Eigen::Vector3d& from_centre,
+                                const Eigen::Vector3d& beyond) {
+  const auto* planet = std::get_if<CentralGravity>(&gravity);
+  if (planet == nullptr) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d there = from_centre + beyond;
+  const double distance = from_centre.norm();
+  if (distance < planet->radius || there.norm() < planet->radius)
+    return pull(*planet, there) - pull(*planet, from_centre);
+  // (1 + q)^(-3/2) - 1, with 1 + q the square of the ratio of both distances.
+  const double q = beyond.dot(beyond + 2 * from_centre) / (distance * distance);
+  const double root = std::sqrt(1 + q);
+  const double factor = -q * (3 + q * (3 + q)) / ((1 + q) * root * (1 + (1 + q) * root));
+  const double ratio = planet->radius / distance;
+  return -(planet->surface * ratio * ratio / distance) * (beyond + there * factor);
+}
 
 Eigen::Vector3d acceleration_at(const Gravity& gravity, const SectorIndex& home,
                                 const Eigen::Vector3d& position, double sector_size) {

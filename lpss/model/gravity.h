@@ -13,4 +13,12 @@ namespace tessera {
 Eigen::Vector3d acceleration_at(const Gravity& gravity, const SectorIndex& home,
                                 const Eigen::Vector3d& position, double sector_size);
 
+// The same of a body at `from_centre` (m, world axes) from the centre of a planet, if there is one.
+Eigen::Vector3d acceleration_from(const Gravity& gravity, const Eigen::Vector3d& from_centre);
+
+// By how much the acceleration `beyond` (m) from there differs, without a difference of nearly equal numbers
+// (Battin, section 8.4: Encke's method).
+Eigen::Vector3d difference_from(const Gravity& gravity, const Eigen::Vector3d& from_centre,
+                                const Eigen::Vector3d& beyond);
+
 }  // namespace tessera

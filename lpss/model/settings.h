@@ -11,9 +11,11 @@
 #include <cstdint>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "lpss/grid/world_position.h"
 #include "lpss/model/limits.h"
+#include "lpss/model/moving_frame.h"
 #include "lpss/model/precision.h"
 #include "lpss/model/program.h"
 #include "lpss/model/seam_policy.h"
@@ -55,9 +57,10 @@ struct WorldSettings {
   double warm_starting = 0.85;
   double split_from = 0.04;
   bool friction_in_two_directions = true;
-  // Neither is a scalar, nor in the list: files and messages handle them separately.
+  // None is a scalar, nor in the list: files and messages handle them separately.
   Gravity gravity;
-  ProgramModules modules;  // programs that its bodies may have
+  std::vector<MovingFrame> frames;  // FrameNumbers from 1 on, at most kMovingFramesMax
+  ProgramModules modules;           // programs that its bodies may have
 };
 
 // One setting: the name that it has in files, flags, JSON and messages, and what it may be.

@@ -30,8 +30,8 @@ constexpr std::size_t members_of() {
   }
 }
 
-static_assert(members_of<WorldSettings>() == kSettings.size() + 2,
-              "all but gravity and modules are in the list");
+static_assert(members_of<WorldSettings>() == kSettings.size() + 3,
+              "all but gravity, frames and modules are in the list");
 
 TEST(SettingsTest, EachHasANameAMemberAndAHelpOfItsOwn) {
   std::set<std::string_view> names;

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "lpss/model/checks.h"
+#include "lpss/model/frame_motion.h"
 
 namespace tessera {
 namespace {
@@ -287,8 +288,10 @@ absl::Status properties_check(const BodyProperties& p) {
   return surface_check(p);
 }
 
-absl::Status motion_check(const BodyDescription& body, double sector_size) {
+absl::Status motion_check(const BodyDescription& body, const WorldSettings& settings) {
+  const double sector_size = settings.sector_size;
   const WorldPosition& position = body.pose.position;
+  if (absl::Status status = known_frame(position.sector, settings); !status.ok()) return status;
   if (absl::Status status = finite("pose", position.local); !status.ok()) return status;
   if (auto home = canonical(position.sector, position.local, sector_size); !home.ok()) return home.status();
   if (absl::Status status = unit_quaternion("pose", body.pose.orientation); !status.ok()) return status;
@@ -319,6 +322,80 @@ absl::Status gravity_check(const Gravity& gravity, double sector_size) {
   if (status = finite("central gravity: centre", planet.centre.local); !status.ok()) return status;
   return in("central gravity: centre",
             canonical(planet.centre.sector, planet.centre.local, sector_size).status());
+}
+
+// An orbit that comes back, and does not meet the planet.
+absl::Status fall_check(const MovingFrame& frame, const Gravity& gravity, double sector_size) {
+  const auto* planet = std::get_if<CentralGravity>(&gravity);
+  if (planet == nullptr) return absl::OkStatus();
+  const Eigen::Vector3d place = start_from(*planet, frame, sector_size);
+  const double pull = planet->surface * planet->radius * planet->radius;
+  const double energy = frame.velocity.squaredNorm() / 2 - pull / place.norm();
+  if (!(energy < 0)) return refused("velocity: it falls on no closed orbit: it escapes from the planet");
+  const double turning = place.cross(frame.velocity).squaredNorm();
+  const double eccentricity = std::sqrt(std::max(1 + 2 * energy * turning / (pull * pull), 0.0));
+  const double lowest = -pull / (2 * energy) * (1 - eccentricity);
+  if (lowest >= planet->radius) return absl::OkStatus();
+  return refused("velocity: it falls on an orbit that comes down to ", lowest,
+                 " m from the planet's centre, and must stay above its radius, ", planet->radius, " m");
+}
+
+absl::Status frame_check(const MovingFrame& frame, const Gravity& gravity, double sector_size) {
+  if (frame.name.empty()) return refused("its name must not be empty");
+  if (absl::Status status = sized("its name", frame.name, kNameBytesMax); !status.ok()) return status;
+  const WorldPosition& position = frame.start.position;
+  if (position.sector.frame != kWorldFrame) return refused("it must start in the world frame");
+  if (absl::Status status = finite("position", position.local); !status.ok()) return status;
+  if (auto home = canonical(position.sector, position.local, sector_size); !home.ok()) return home.status();
+  if (absl::Status status = unit_quaternion("orientation", frame.start.orientation); !status.ok())
+    return status;
+  if (absl::Status status = finite("velocity", frame.velocity, kFrameSpeedMax, "m/s"); !status.ok())
+    return status;
+  if (absl::Status status = finite("spin", frame.spin, kFrameSpinMax, "rad/s"); !status.ok()) return status;
+  if (frame.region) {
+    if (absl::Status status = finite("region centre", frame.region->centre, kStaticExtentMax, "m");
+        !status.ok())
+      return status;
+    for (int axis = 0; axis < 3; ++axis) {
+      absl::Status status = bounded(absl::StrCat("region size ", std::string(1, "xyz"[axis])),
+                                    frame.region->size[axis], kRegionSizeMin, kStaticExtentMax, "m");
+      if (!status.ok()) return status;
+    }
+  }
+  if (frame.falls) {
+    if (!frame.legs.empty()) return refused("it falls, and so has no legs");
+    if (absl::Status status = fall_check(frame, gravity, sector_size); !status.ok()) return status;
+  }
+  if (frame.legs.size() > kFrameLegsMax)
+    return refused("its ", frame.legs.size(), " legs must be at most ", kFrameLegsMax);
+  for (std::size_t n = 0; n < frame.legs.size(); ++n) {
+    const FrameLeg& leg = frame.legs[n];
+    if (!(leg.seconds > 0 && leg.seconds <= kFrameLegMax)) {
+      return refused("leg ", n + 1, ": seconds = ", leg.seconds, " must be above 0 and at most ",
+                     kFrameLegMax);
+    }
+    absl::Status status =
+        finite(absl::StrCat("leg ", n + 1, ": acceleration"), leg.acceleration, kAccelerationMax, "m/s^2");
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status moving_frames_check(const WorldSettings& settings) {
+  const std::vector<MovingFrame>& frames = settings.frames;
+  if (frames.size() > kMovingFramesMax)
+    return refused("frames: their number ", frames.size(), " must be at most ", kMovingFramesMax);
+  if (!frames.empty() && settings.seams == SeamPolicy::kClone)
+    return refused("frames that move need the seam policy island; that of the world is clone");
+  absl::flat_hash_set<absl::string_view> names;
+  for (const MovingFrame& frame : frames) {
+    const std::string what = absl::StrCat("frame '", frame.name, "'");
+    if (absl::Status status = utf8("frame", frame.name); !status.ok()) return status;
+    if (absl::Status status = frame_check(frame, settings.gravity, settings.sector_size); !status.ok())
+      return in(what, status);
+    if (!names.insert(frame.name).second) return refused(what, ": another frame has this name");
+  }
+  return absl::OkStatus();
 }
 
 absl::Status within_bounds(const WorldSetting& setting, const WorldSettings& settings) {
@@ -432,7 +509,15 @@ absl::Status validate(const WorldSettings& settings) {
   }
   if (absl::Status status = precision_check(settings); !status.ok()) return in(what, status);
   if (absl::Status status = modules_check(settings.modules); !status.ok()) return in(what, status);
-  return in(what, gravity_check(settings.gravity, settings.sector_size));
+  absl::Status status = gravity_check(settings.gravity, settings.sector_size);
+  if (status.ok()) status = moving_frames_check(settings);
+  return in(what, status);
+}
+
+absl::Status known_frame(const SectorIndex& sector, const WorldSettings& settings) {
+  if (sector.frame <= settings.frames.size()) return absl::OkStatus();
+  return refused("frame ", sector.frame, " must be at most ", settings.frames.size(),
+                 ", the number of frames of the world that move");
 }
 
 absl::Status validate(const Shape& shape, const std::string& name) {
@@ -460,8 +545,7 @@ absl::Status validate(const BodyDescription& body, const Shape& shape, const Wor
   if (absl::Status status = properties_check(properties); !status.ok()) return in(title(body), status);
   if (settings.seams == SeamPolicy::kClone && (properties.trigger || has_triggers(shape)))
     return refused(title(body), ": a trigger needs the seam policy island; that of the world is clone");
-  if (absl::Status status = motion_check(body, settings.sector_size); !status.ok())
-    return in(title(body), status);
+  if (absl::Status status = motion_check(body, settings); !status.ok()) return in(title(body), status);
   if (properties.motion == Motion::kStatic)
     return in(title(body), static_shape_check(shape, settings.sector_size));
   return in(title(body), moving_shape_check(properties, shape, settings.sector_size));

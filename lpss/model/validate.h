@@ -22,6 +22,9 @@ absl::Status validate(const WorldSettings& settings);
 absl::Status validate(const Shape& shape, const std::string& name);
 absl::Status validate(const BodyDescription& body, const Shape& shape, const WorldSettings& settings);
 
+// Whether the sector belongs to a frame of the world.
+absl::Status known_frame(const SectorIndex& sector, const WorldSettings& settings);
+
 // A joint between bodies that exist; `parent` is null where the joint ties its child to the world.
 absl::Status validate(const JointDescription& joint, const BodyProperties* parent,
                       const BodyProperties& child, const WorldSettings& settings);

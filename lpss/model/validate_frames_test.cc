@@ -1,7 +1,9 @@
-// Frames of bodies that a world may have.
+// Frames of bodies, and frames that move, that a world may have.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
 #include <string>
 
 #include "lpss/model/validate.h"
@@ -32,6 +34,75 @@ TEST(Frames, AreRefusedWithTheirNameAndTheBound) {
   EXPECT_THAT(refusal({"other", 1000, {}}), HasSubstr("frame 'other': body 1000 must be below"));
   EXPECT_THAT(refusal({"other", 0, {{2e8, 0, 0}, {1, 0, 0, 0}}}), HasSubstr("at most 1e+08 m"));
   EXPECT_THAT(refusal({"other", 0, {{0, 0, 0}, {2, 0, 0, 0}}}), HasSubstr("norm 2"));
+}
+
+TEST(MovingFrames, AreRefusedWithTheirNameAndTheBound) {
+  const auto refusal = [](const std::function<void(MovingFrame&)>& change) {
+    WorldDescription world = two_bodies();
+    world.settings.frames.resize(2);
+    world.settings.frames[0].name = "train";
+    MovingFrame& frame = world.settings.frames[1];
+    frame.name = "ship";
+    frame.velocity = {3e7, 0, 0};
+    frame.legs = {{2, {0, 0, 1}}};
+    world.bodies[0].pose.position.sector.frame = 2;
+    change(frame);
+    return std::string(validate(world).message());
+  };
+  EXPECT_EQ(refusal([](MovingFrame&) {}), "");
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.name = "train"; }),
+              HasSubstr("settings: frame 'train': another frame has this name"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.name = ""; }), HasSubstr("its name must not be empty"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.velocity.x() = 4e8; }),
+              HasSubstr("frame 'ship': velocity = 4e+08 m/s must be at most 3e+08 m/s"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.spin.z() = NAN; }), HasSubstr("spin"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.start.orientation.w() = 2; }), HasSubstr("norm"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.start.position.sector.frame = 1; }),
+              HasSubstr("it must start in the world frame"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.legs[0].seconds = 0; }), HasSubstr("leg 1: seconds = 0"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.legs[0].acceleration.x() = 1e9; }),
+              HasSubstr("leg 1: acceleration"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.legs.resize(kFrameLegsMax + 1, f.legs[0]); }),
+              HasSubstr("legs must be at most 4096"));
+}
+
+TEST(MovingFrames, FallOnOrbitsThatComeBack) {
+  WorldSettings settings;
+  settings.gravity = CentralGravity{{}, 9.81, 6.4e6};
+  settings.frames.resize(1);
+  MovingFrame& frame = settings.frames[0];
+  frame.name = "station";
+  frame.falls = true;
+  frame.start.position = *canonical({}, {6.8e6, 0, 0}, settings.sector_size);
+  const auto refusal = [&](const Eigen::Vector3d& velocity) {
+    frame.velocity = velocity;
+    return std::string(validate(settings).message());
+  };
+  EXPECT_EQ(refusal({0, 7.7e3, 0}), "");
+  EXPECT_THAT(refusal({0, 7e3, 0}),
+              HasSubstr("frame 'station': velocity: it falls on an orbit that comes down to"));
+  EXPECT_THAT(refusal({0, 12e3, 0}), HasSubstr("it escapes from the planet"));
+  frame.legs = {{1, {0, 0, 0}}};
+  EXPECT_THAT(refusal({0, 7.7e3, 0}), HasSubstr("it falls, and so has no legs"));
+}
+
+TEST(MovingFrames, BodiesAndJointsBelongToThem) {
+  WorldDescription world = two_bodies();
+  world.settings.frames.resize(1);
+  world.settings.frames[0].name = "ship";
+  world.bodies[0].pose.position.sector.frame = 2;
+  EXPECT_THAT(std::string(validate(world).message()),
+              HasSubstr("body 'good::box': frame 2 must be at most 1, the number of frames"));
+  world.bodies[0].pose.position.sector.frame = 1;
+  EXPECT_TRUE(validate(world).ok());
+  world.joints.resize(1);
+  world.joints[0].name = "good::joint";
+  world.joints[0].properties.parent.value = 2;
+  world.joints[0].properties.child.value = 1;
+  EXPECT_THAT(std::string(validate(world).message()), HasSubstr("its bodies are in different frames"));
+  world.joints.clear();
+  world.settings.seams = SeamPolicy::kClone;
+  EXPECT_THAT(std::string(validate(world).message()), HasSubstr("need the seam policy island"));
 }
 
 }  // namespace

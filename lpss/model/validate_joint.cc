@@ -102,11 +102,13 @@ absl::Status frame_check(const std::string& what, const Pose& frame, const BodyP
 }
 
 absl::Status frames_check(const JointProperties& joint, const BodyProperties* parent,
-                          const BodyProperties& child, double sector_size) {
+                          const BodyProperties& child, const WorldSettings& settings) {
+  const double sector_size = settings.sector_size;
   if (absl::Status status = frame_check("in_parent", joint.in_parent, parent, sector_size); !status.ok()) {
     return status;
   }
   if (parent == nullptr) {
+    if (absl::Status status = known_frame(joint.anchor, settings); !status.ok()) return status;
     absl::Status status = canonical(joint.anchor, joint.in_parent.position, sector_size).status();
     if (!status.ok()) return in("in_parent", status);
   }
@@ -191,6 +193,7 @@ absl::Status gap_check(const WorldDescription& world, const JointProperties& joi
   if (!parent.ok()) return in("in_parent", parent.status());
   const auto child = start(body_at(world, joint.child), joint.anchor, joint.in_child, size);
   if (!child.ok()) return in("in_child", child.status());
+  if (parent->sector.frame != child->sector.frame) return refused("its bodies are in different frames");
   const double gap = (relative_to(*child, parent->sector, size) - parent->local).norm();
   if (gap <= size) return absl::OkStatus();
   return refused("its frames on parent and child are ", gap, " m apart, and must be at most L = ", size,
@@ -235,7 +238,7 @@ absl::Status validate(const JointDescription& joint, const BodyProperties* paren
   if (child.motion != Motion::kDynamic) {
     return refused(what, ": the child must be dynamic; exchange it with the parent, or leave the joint out");
   }
-  absl::Status status = frames_check(properties, parent, child, settings.sector_size);
+  absl::Status status = frames_check(properties, parent, child, settings);
   if (!status.ok()) return in(what, status);
   for (int n = 0; n < axis_count(properties.type); ++n) {
     status = axis_check(properties.axes[n], properties.type);

@@ -16,23 +16,33 @@ absl::Status move_by(WorldDescription& world, const SectorOffset& offset) {
     planet_sector = translated(planet->centre.sector, offset);
     if (!planet_sector.ok()) return in("the centre of central gravity", planet_sector.status());
   }
+  for (const MovingFrame& frame : world.settings.frames) {
+    const absl::StatusOr<SectorIndex> moved = translated(frame.start.position.sector, offset);
+    if (!moved.ok()) return in(absl::StrCat("frame '", frame.name, "'"), moved.status());
+  }
+  // What is in them goes with them.
+  const auto moves = [](const SectorIndex& sector) { return sector.frame == kWorldFrame; };
   for (const BodyDescription& body : world.bodies) {
+    if (!moves(body.pose.position.sector)) continue;
     const absl::StatusOr<SectorIndex> moved = translated(body.pose.position.sector, offset);
     if (!moved.ok()) return in(absl::StrCat("body '", body.name, "'"), moved.status());
   }
   for (const JointDescription& joint : world.joints) {
-    if (joint.properties.parent.value != 0) continue;
+    if (joint.properties.parent.value != 0 || !moves(joint.properties.anchor)) continue;
     const absl::StatusOr<SectorIndex> moved = translated(joint.properties.anchor, offset);
     if (!moved.ok()) return in(absl::StrCat("joint '", joint.name, "'"), moved.status());
   }
 
   world.anchor = *anchor;
   if (planet != nullptr) planet->centre.sector = *planet_sector;
+  for (MovingFrame& frame : world.settings.frames)
+    frame.start.position.sector = *translated(frame.start.position.sector, offset);
   for (BodyDescription& body : world.bodies) {
+    if (!moves(body.pose.position.sector)) continue;
     body.pose.position.sector = *translated(body.pose.position.sector, offset);
   }
   for (JointDescription& joint : world.joints) {
-    if (joint.properties.parent.value != 0) continue;
+    if (joint.properties.parent.value != 0 || !moves(joint.properties.anchor)) continue;
     joint.properties.anchor = *translated(joint.properties.anchor, offset);
   }
   return absl::OkStatus();

@@ -40,7 +40,7 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
       category(record.properties.category),
       mask(record.properties.mask),
       assembly(record.properties.assembly),
-      feels_gravity(record.properties.gravity),
+      feels_gravity(record.properties.gravity || record.home.frame != kWorldFrame),
       principal_axes(centre_frame(record.properties).orientation.toRotationMatrix().cast<Scalar>()),
       friction(Scalar(record.properties.friction)),
       restitution(Scalar(record.properties.restitution)),

@@ -64,6 +64,15 @@ struct Body {
   Vector linear_push(Scalar dt) const { return force * (inverse_mass * dt); }
   Vector angular_push(Scalar dt) const;
 
+  // m/s^2, of all other forces of the tick: exactly 0 if there are none.
+  Eigen::Vector3d other_pull() const {
+    const Vector others = force - pull() / inverse_mass;
+    return others.cast<double>() * double(inverse_mass);
+  }
+
+  // m/s^2, without forces: gravity, and what its frame adds.
+  Vector pull() const { return turning ? Vector(gravity + turning->acceleration.cast<Scalar>()) : gravity; }
+
   // Free flight: the velocities at the end of a tick, and the position from which they lead there in `dt`
   // seconds: x = v t - a t^2 / 2 with v at the end, the parabola. Around a planet, where the pull at the end
   // is another one, SectorWorld::end_flight() completes v: leapfrog, which keeps orbits.
@@ -91,6 +100,7 @@ struct Body {
   bool flies = false;   // SectorWorld::flew()
   btDbvtNode* leaf = nullptr;
   std::unique_ptr<const BodySurface> surface;  // none: one like any other
+  std::unique_ptr<const FrameTurn> turning;    // of a frame that turns
   Bounds bounds;  // what pairs are found by: of the last detection, with the distance at which contacts are
                   // found
   Vector gravity = Vector::Zero();  // m/s^2

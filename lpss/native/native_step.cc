@@ -7,15 +7,32 @@ namespace tessera::native {
 void NativeWorld::fly(BodySlot slot, double dt) {
   Body& flier = body(slot);
   flier.flies = true;
+  if (flier.turning) return fly_turning(flier, dt);
   if (!flier.flies_fine) return flier.coast(Scalar(dt));
   flier.angular += flier.angular_push(Scalar(dt));
   if (!flier.fine) flier.fine = flier.rounded();
-  // Of forces but gravity: exactly 0 if there are none.
-  const Vector others = flier.force - flier.gravity / flier.inverse_mass;
-  const Eigen::Vector3d push =
-      (flier.exact_gravity + others.cast<double>() * double(flier.inverse_mass)) * dt;
+  const Eigen::Vector3d push = (flier.exact_gravity + flier.other_pull()) * dt;
   flier.fine->velocity += push;
   flier.fine->position -= push * (dt / 2);
+  flier.linear = flier.fine->velocity.cast<Scalar>();
+  flier.coasts = true;
+}
+
+// To where its way leads, at the velocity at its end.
+void NativeWorld::fly_turning(Body& flier, double dt) {
+  const FrameTurn& turning = *flier.turning;
+  flier.angular += flier.angular_push(Scalar(dt));
+  const Eigen::Vector3d others = flier.other_pull();
+  const Eigen::Vector3d change = turning.change + others * dt;
+  const Eigen::Vector3d way = turning.way + others * (dt * dt / 2);
+  if (!flier.flies_fine) {
+    flier.linear += change.cast<Scalar>();
+    flier.pose.position += way.cast<Scalar>() - flier.linear * Scalar(dt);
+    return;
+  }
+  if (!flier.fine) flier.fine = flier.rounded();
+  flier.fine->velocity += change;
+  flier.fine->position += way - flier.fine->velocity * dt;
   flier.linear = flier.fine->velocity.cast<Scalar>();
   flier.coasts = true;
 }

@@ -161,6 +161,10 @@ void NativeWorld::set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration
   pulled.exact_gravity = acceleration;
 }
 
+void NativeWorld::set_turning(BodySlot slot, const FrameTurn& turning) {
+  body(slot).turning = std::make_unique<const FrameTurn>(turning);
+}
+
 void NativeWorld::set_state(BodySlot slot, const BodyState& state) {
   body(slot).set_state(state);
   set_bounds_to_pose(slot);
@@ -296,7 +300,10 @@ void NativeWorld::predict(Scalar dt, const ParallelFor& parallel) {
 void NativeWorld::predict(Body& body, Scalar dt) const {
   if (!body.is_dynamic()) return;
   body.flies = false;
-  if (body.role == Role::kHome) body.force += body.gravity / body.inverse_mass;
+  if (body.role == Role::kHome) {
+    body.force += body.pull() / body.inverse_mass;
+    if (body.turning) body.torque += body.turning->torque.cast<Scalar>();
+  }
   body.linear *= body.linear_damping;
   body.angular *= body.angular_damping;
   body.next.position = body.pose.position + body.linear * dt;

@@ -43,6 +43,7 @@ class NativeWorld final : public SectorWorld {
   void apply_impulse(BodySlot slot, const Eigen::Vector3d& impulse, const Eigen::Vector3d& lever) override;
   void add_wrench(BodySlot slot, const Wrench& wrench) override;
   void set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration) override;
+  void set_turning(BodySlot slot, const FrameTurn& turning) override;
   double surge(BodySlot slot) const override { return double(body(slot).surge); }
   void set_surge(BodySlot slot, double surge) override;
   void set_range(BodySlot slot, Range range) override { body(slot).range = range; }
@@ -227,6 +228,7 @@ class NativeWorld final : public SectorWorld {
   // What a query may meet on its way, in the order of ids.
   std::vector<BodySlot> bodies_along(const BoxOnWay& way, const QueryFilter& filter) const;
   Contact* contact_of(BodySlot a, BodySlot b);
+  static void fly_turning(Body& flier, double dt);
   void keep_still_clock(Body& body, double dt) const;
 
   NativeEngine& engine_;

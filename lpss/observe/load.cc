@@ -99,7 +99,9 @@ class CurvePieces {
       const Block heaviest = open.top();
       open.pop();
       const std::vector<Block> parts = parts_of(heaviest);
-      if (parts.size() < 2 || closed.size() + open.size() + parts.size() > pieces_max) {
+      // No piece has sectors of several frames: the first cut, if any, is between these.
+      const bool has_room = closed.size() + open.size() + parts.size() <= pieces_max;
+      if (parts.size() < 2 || (!has_room && level_of(heaviest) <= kCurveLevelMax)) {
         closed.push_back(heaviest);
       } else {
         for (const Block& part : parts) open.push(part);

@@ -21,7 +21,8 @@ static_assert(sizeof(Hashed) == 22 * 8);
 
 }  // namespace
 
-void WorldHash::add(const BodyRecord& record, const SectorIndex& anchor) {
+void WorldHash::add(const BodyRecord& record, const SectorIndex& anchor_of_world) {
+  const SectorIndex anchor = anchor_for(record.home, anchor_of_world);
   const auto relative = [](std::int64_t value, std::int64_t origin) {
     return static_cast<std::uint64_t>(value) - static_cast<std::uint64_t>(origin);
   };
@@ -36,7 +37,7 @@ void WorldHash::add(const BodyRecord& record, const SectorIndex& anchor) {
   std::memcpy(hashed.rotation, record.state.rotation.data(), sizeof hashed.rotation);
   std::memcpy(hashed.linear_velocity, record.state.linear_velocity.data(), sizeof hashed.linear_velocity);
   std::memcpy(hashed.angular_velocity, record.state.angular_velocity.data(), sizeof hashed.angular_velocity);
-  const XXH128_hash_t hash = XXH3_128bits(&hashed, sizeof hashed);
+  const XXH128_hash_t hash = XXH3_128bits_withSeed(&hashed, sizeof hashed, record.home.frame);
   add(WorldHash(hash.low64, hash.high64));
 }
 

@@ -11,8 +11,8 @@
 namespace tessera {
 
 // The sum over all bodies of a 128-bit hash (XXH3) of id, home sector, pose and velocities, bit for bit. A
-// sum does not depend on order, so servers add up theirs. Homes count relative to the world's anchor: moving
-// a world by whole sectors does not change its hash.
+// sum does not depend on order, so servers add up theirs. Homes count relative to the world's anchor, or to
+// the origin of a frame that moves: moving a world by whole sectors does not change its hash.
 class WorldHash {
  public:
   void add(const BodyRecord& record, const SectorIndex& anchor);

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "lpss/base/invariant.h"
-#include "lpss/model/gravity.h"
 #include "lpss/partition/joints.h"
 #include "lpss/partition/sectors.h"
 #include "lpss/partition/statics.h"
@@ -29,11 +28,9 @@ void place_home(Partition& partition, HomeBody& body, const BodyState& state) {
   SectorWorld& world = world_of(partition, sector);
   body.slot = world.add({body.id, sector.index, body.properties, state}, Role::kHome);
   world.set_jointed(body.slot, body.jointed);
-  if (body.properties.gravity) {
-    world.set_gravity(body.slot,
-                      acceleration_at(partition.settings.gravity, sector.index,
-                                      Eigen::Vector3d(state.position.data()), partition.sector_size()));
-  }
+  world.set_gravity(body.slot,
+                    partition.felt_in(sector.index)
+                        .at(sector.index, Eigen::Vector3d(state.position.data()), body.properties.gravity));
   if (body.properties.motion == Motion::kKinematic) insert_by_id(sector.kinematics, body);
   if (is_pushed(body.properties)) insert_by_id(sector.pushed, body);
   if (!body.programs.empty()) {

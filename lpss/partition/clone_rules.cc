@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "lpss/model/gravity.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/near_seam.h"
 #include "lpss/partition/partition.h"
@@ -63,8 +62,8 @@ bool CloneRules::needs_clone(const Partition& partition, BodyId id, const Sector
 void CloneRules::pull_clone(const Partition& partition, const Clone& clone) const {
   if (!clone.replica->properties.gravity) return;
   SectorWorld& world = *clone.sector->world;
-  world.set_gravity(clone.slot, acceleration_at(partition.settings.gravity, clone.sector->index,
-                                                world.position(clone.slot), partition.sector_size()));
+  const SectorIndex& index = clone.sector->index;
+  world.set_gravity(clone.slot, partition.felt_in(index).at(index, world.position(clone.slot), true));
 }
 
 bool CloneRules::reports(const Partition& partition, const Sector& sector, const ContactPair& pair) const {

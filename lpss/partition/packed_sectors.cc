@@ -196,7 +196,7 @@ SectorIndex read_home(PackReader& read, const SectorIndex& from) {
   };
   const std::int64_t i = plus(from.i);
   const std::int64_t j = plus(from.j);
-  return {i, j, plus(from.k)};
+  return {i, j, plus(from.k), from.frame};
 }
 
 // All of the properties, so that equal bytes are equal bits.

@@ -1,5 +1,6 @@
 #include "lpss/partition/partition.h"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 
@@ -9,8 +10,10 @@ EngineSettings engine_settings(const WorldSettings& settings) {
   EngineSettings result{settings};
   result.plain_bullet = seam_rules(settings.seams).clones_are_solved();
   // A pull of 0.006 m/s^2 is less than the last digit of 30 km/s in single precision.
-  result.fine_flight =
-      settings.precision == Precision::kFloat32 && std::holds_alternative<CentralGravity>(settings.gravity);
+  const bool varies =
+      std::holds_alternative<CentralGravity>(settings.gravity) ||
+      std::ranges::any_of(settings.frames, [](const MovingFrame& frame) { return !frame.spin.isZero(0); });
+  result.fine_flight = settings.precision == Precision::kFloat32 && varies;
   return result;
 }
 
@@ -26,6 +29,8 @@ Partition::Partition(PartitionOptions options, Engine& engine_of_settings)
       all_linked_max(options.all_linked_max),
       engine(engine_of_settings),
       margins(seam_margins(settings.sector_size, settings.time_step, 0)),
-      statics(settings.sector_size, options.tiles != nullptr ? *options.tiles : TileStore::of_process()) {}
+      statics(settings.sector_size, options.tiles != nullptr ? *options.tiles : TileStore::of_process()),
+      felt(felt_in_frames(settings, 0)),
+      felt_changes(felt.size(), 1) {}
 
 }  // namespace tessera

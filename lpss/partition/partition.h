@@ -20,6 +20,7 @@
 #include "lpss/engine/engine.h"
 #include "lpss/grid/sector_map.h"
 #include "lpss/model/command.h"
+#include "lpss/model/felt.h"
 #include "lpss/model/world_description.h"
 #include "lpss/partition/body_moves.h"
 #include "lpss/partition/joint_index.h"
@@ -76,6 +77,9 @@ struct Partition {
   double radius_max = 0;  // m, of the largest body that can move that the world has ever had
   SeamMargins margins;    // follow from it
   StaticIndex statics;
+  // By FrameNumber: in the tick that runs, or else in the last one; and how often it has changed so far.
+  std::vector<Felt> felt;
+  std::vector<std::uint64_t> felt_changes;
 
   // --- what lives here ---
   absl::flat_hash_map<SectorIndex, std::unique_ptr<Sector>> sectors;
@@ -111,6 +115,7 @@ struct Partition {
 
   double dt() const { return settings.time_step; }             // s
   double sector_size() const { return settings.sector_size; }  // L, m
+  const Felt& felt_in(const SectorIndex& sector) const { return felt[sector.frame]; }
   bool hosts(const SectorIndex& sector) const { return map.owner(sector) == self; }
 };
 

@@ -112,6 +112,7 @@ struct Sector {
   std::uint64_t rests_since = 0;      // of its last place in the partition's list of those at rest
   bool awake = false;                 // a body or clone in the engine world is
   bool components_stale = false;      // bodies came or went since the components were found
+  std::uint64_t felt_changes = 0;     // as Partition::felt_changes was when its bodies last felt all
 
   // Of the last detection.
   std::vector<Component> components;

@@ -115,13 +115,15 @@ const BodyRecord* StaticIndex::find(BodyId id) const {
 
 bool StaticIndex::reaches(BodyId id, const SectorIndex& sector, const Eigen::AlignedBox3d& box) const {
   const Entry& entry = bodies_.at(id);
+  if (entry.record.home.frame != sector.frame) return false;
   const Eigen::Vector3d centre =
       metres_between(sector, entry.record.home, sector_size_) + entry.pose.position;
   return box.squaredExteriorDistance(centre) <= entry.radius * entry.radius;
 }
 
 bool StaticIndex::is_in(BodyId id, const SectorIndex& sector) const {
-  if (bodies_.at(id).large) return true;
+  const Entry& entry = bodies_.at(id);
+  if (entry.large) return entry.record.home.frame == sector.frame;
   const auto listed = by_sector_.find(sector);
   return listed != by_sector_.end() && std::ranges::binary_search(listed->second, id);
 }
@@ -172,6 +174,7 @@ std::optional<std::pair<double, double>> StaticIndex::near_large(const WorldPosi
   };
   for (const BodyId id : large_) {
     const Entry& entry = bodies_.at(id);
+    if (entry.record.home.frame != origin.sector.frame) continue;
     const Pose pose = pose_in(origin.sector, entry);
     if (std::isfinite(entry.radius)) {
       const Eigen::Vector3d centre = pose.position - origin.local;
@@ -204,6 +207,7 @@ template <typename Visit>
 void StaticIndex::for_each_ground(const SectorIndex& sector, const Visit& visit) const {
   for (const BodyId id : grounds_) {
     const Entry& entry = bodies_.at(id);
+    if (entry.record.home.frame != sector.frame) continue;
     const Pose pose = pose_in(sector, entry);
     for (std::size_t n = 0; n < entry.grounds.size(); ++n) {
       if (entry.grounds[n]) visit(entry.grounds[n], pose * entry.shape->parts[n].pose);

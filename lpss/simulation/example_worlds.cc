@@ -113,6 +113,14 @@ std::string WorldBuilder::add_chain(int links, const Eigen::Vector3d& base, cons
   return last;
 }
 
+WorldDescription aboard(const MovingFrame& frame, WorldDescription world) {
+  world.settings.frames.push_back(frame);
+  const auto number = static_cast<FrameNumber>(world.settings.frames.size());
+  for (BodyDescription& body : world.bodies) body.pose.position.sector.frame = number;
+  for (JointDescription& joint : world.joints) joint.properties.anchor.frame = number;
+  return world;
+}
+
 WorldDescription tower_world(const WorldSettings& settings, int count, const Eigen::Vector3d& base) {
   WorldBuilder builder(settings);
   builder.add("floor", builder.shape(Box{{100, 100, 2}}), 1, base - Eigen::Vector3d(0, 0, 1),

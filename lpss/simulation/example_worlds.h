@@ -45,6 +45,9 @@ class WorldBuilder {
   WorldDescription world_;
 };
 
+// All of a world in a frame that moves: its sectors become those of the frame, at the same places.
+WorldDescription aboard(const MovingFrame& frame, WorldDescription world);
+
 // A tower of `count` boxes of 1 m on a floor at `base`, slightly out of line: i * 7 % 5 * 0.02 m, as in the
 // measurements of the design.
 WorldDescription tower_world(const WorldSettings& settings, int count, const Eigen::Vector3d& base);

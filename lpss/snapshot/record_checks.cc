@@ -111,6 +111,8 @@ absl::Status RecordChecks::properties(BodyId body, const BodyProperties& propert
   return validate(description, *shape, settings_);
 }
 
+absl::Status RecordChecks::home(const SectorIndex& home) const { return known_frame(home, settings_); }
+
 absl::Status RecordChecks::near(const std::string& what, const SectorIndex& home,
                                 const SectorIndex& other) const {
   return finite(what, metres_between(home, other, settings_.sector_size), way_from_home_max(settings_), "m");
@@ -134,6 +136,7 @@ absl::Status RecordChecks::state(const BodyState& state) const {
 }
 
 absl::Status RecordChecks::record(const BodyRecord& record) const {
+  if (absl::Status status = home(record.home); !status.ok()) return in(title_of(record.id), status);
   if (absl::Status status = properties(record.id, record.properties); !status.ok()) return status;
   if (absl::Status status = check_programs(record.properties, record.programs, settings_.modules);
       !status.ok())
@@ -205,7 +208,8 @@ absl::Status RecordChecks::command(const Command& command) const {
         } else if constexpr (std::is_same_v<C, RemoveJoint>) {
           return absl::OkStatus();
         } else if constexpr (std::is_same_v<C, Teleport> || std::is_same_v<C, KinematicTarget>) {
-          return first_error({id(c.id), in(title_of(c.id), state(c.state))});
+          return first_error(
+              {id(c.id), in(title_of(c.id), home(c.home)), in(title_of(c.id), state(c.state))});
         } else if constexpr (std::is_same_v<C, RemoveBody>) {
           return id(c.id);
         } else if constexpr (std::is_same_v<C, SetProperties>) {
@@ -308,10 +312,12 @@ absl::Status check(const Partition& partition, const SharedState& shared,
     status = checks.properties(known.introduction.id, known.introduction.properties);
     if (!status.ok()) return status;
     if (known.introduction.id != known.update.id) return refused("a replica has two ids");
+    if (status = checks.home(known.update.home); !status.ok()) return status;
     if (status = checks.state(known.update.state); !status.ok()) return status;
   }
   absl::flat_hash_set<SectorIndex> known;
   for (const MovedSector& sector : sectors) {
+    if (status = checks.home(sector.sector); !status.ok()) return status;
     if (!known.insert(sector.sector).second)
       return refused("sector ", to_string(sector.sector), " is given twice");
     for (const MovedBody& moved : sector.bodies) {
@@ -328,6 +334,7 @@ absl::Status check(const Partition& partition, const SharedState& shared,
       if (!status.ok()) return status;
       if (clone.introduction.id != clone.update.id || !clones.insert(clone.update.id).second)
         return refused(title_of(clone.update.id), ": a sector has two replicas of it");
+      if (status = checks.home(clone.update.home); !status.ok()) return status;
       if (status = checks.state(clone.update.state); !status.ok()) return status;
     }
   }

@@ -32,6 +32,9 @@ class RecordChecks {
   absl::Status id(BodyId id) const;
   absl::Status properties(BodyId id, const BodyProperties& properties) const;
 
+  // Whether the world has its frame.
+  absl::Status home(const SectorIndex& home) const;
+
   // Its position is relative to its home. At the edge of the representable world it may be beyond the last
   // sector, where a body is only stopped as the next tick begins.
   absl::Status state(const BodyState& state) const;

@@ -88,6 +88,7 @@ class Check {
 
   absl::Status body(const BodyRecord& record) {
     if (absl::Status status = properties(record.id, record.properties); !status.ok()) return status;
+    if (absl::Status status = checks_.home(record.home); !status.ok()) return status;
     if (absl::Status status = state(record.state); !status.ok()) return status;
     const ProgramModules& modules = world_.settings.modules;
     if (absl::Status status = check_programs(record.properties, record.programs, modules); !status.ok())
@@ -102,6 +103,7 @@ class Check {
   }
 
   absl::Status bodies(const MovedSector& sector) {
+    if (absl::Status status = checks_.home(sector.sector); !status.ok()) return status;
     for (const MovedBody& moved : sector.bodies) {
       const std::string what = title_of(moved.record.id);
       if (moved.record.home != sector.sector) return refused(what, ": it is listed in a sector not its home");
@@ -209,6 +211,7 @@ class Check {
         introduction.properties.shape != body->second->properties.shape) {
       return refused(what, ": its properties are not those of the body");
     }
+    if (absl::Status status = checks_.home(update.home); !status.ok()) return in(what, status);
     if (absl::Status status = state(update.state); !status.ok()) return in(what, status);
     if (absl::Status status = near("way to its next home", update.home, update.next_home); !status.ok())
       return in(what, status);

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "lpss/base/rotation.h"
-#include "lpss/model/gravity.h"
 #include "lpss/partition/bodies.h"
 
 namespace tessera {
@@ -55,14 +54,15 @@ void fly(Sector& sector, double dt, const ParallelFor& parallel) {
 }
 
 // Around a planet, bodies in free flight are pulled half by where they were, and half by where they are now.
+// In a frame that turns, by where they were.
 void end_flights(const Partition& partition, Sector& sector, const ParallelFor& parallel) {
-  const Gravity& gravity = partition.settings.gravity;
-  if (!std::holds_alternative<CentralGravity>(gravity)) return;
+  const Felt& felt = partition.felt_in(sector.index);
+  if (!std::holds_alternative<CentralGravity>(partition.settings.gravity) || felt.turns()) return;
   run_in_pieces(parallel, sector.homes.size(), kBodiesInPiece, [&](std::size_t n) {
-    const BodySlot slot = sector.homes[n]->slot;
-    if (!sector.world->flew(slot)) return;
+    const HomeBody& body = *sector.homes[n];
+    if (!sector.world->flew(body.slot)) return;
     sector.world->end_flight(
-        slot, acceleration_at(gravity, sector.index, sector.world->position(slot), partition.sector_size()),
+        body.slot, felt.at(sector.index, sector.world->position(body.slot), body.properties.gravity),
         partition.dt());
   });
 }

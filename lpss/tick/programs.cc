@@ -290,8 +290,10 @@ void ProgramPhase::add(HomeBody& body) {
     running.place = place;
     running.state = world.state(body.slot);
     const SectorIndex& home = body.sector->index;
-    running.gravity = acceleration_at(partition_.settings.gravity, home, as_vector(running.state.position),
-                                      partition_.sector_size());
+    const Felt& felt = partition_.felt_in(home);
+    running.gravity = felt.at(home, as_vector(running.state.position), true);
+    if (felt.turns())
+      running.gravity += felt.coriolis(as_vector(running.state.linear_velocity), running.gravity);
     running.start =
         metres_between(home, record.start_sector, partition_.sector_size()) + as_vector(record.start);
   }

@@ -16,7 +16,8 @@ constexpr int kColoursMax = 64;
 
 }  // namespace
 
-ContactStage stage_of(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor) {
+ContactStage stage_of(const SectorIndex& a, const SectorIndex& b, const SectorIndex& anchor_of_world) {
+  const SectorIndex anchor = anchor_for(a, anchor_of_world);
   const auto difference = [](std::int64_t x, std::int64_t y) {
     return static_cast<std::uint64_t>(x) - static_cast<std::uint64_t>(y);
   };
@@ -33,14 +34,16 @@ ContactStage stage_of(const SectorIndex& a, const SectorIndex& b, const SectorIn
   return same ? kInsideStage : static_cast<ContactStage>(kSeamStage + bits);
 }
 
-SectorIndex block_of(const SectorIndex& sector, ContactStage stage, const SectorIndex& anchor) {
+SectorIndex block_of(const SectorIndex& sector, ContactStage stage, const SectorIndex& anchor_of_world) {
+  const SectorIndex anchor = anchor_for(sector, anchor_of_world);
   const auto block = [&](std::int64_t index, std::int64_t origin, int axis) {
     const std::uint64_t shift = ((stage - kSeamStage) >> axis) & 1;
     const std::uint64_t offset =
         static_cast<std::uint64_t>(index) - static_cast<std::uint64_t>(origin) + shift;
     return static_cast<std::int64_t>(offset >> 1);
   };
-  return {block(sector.i, anchor.i, 0), block(sector.j, anchor.j, 1), block(sector.k, anchor.k, 2)};
+  return {block(sector.i, anchor.i, 0), block(sector.j, anchor.j, 1), block(sector.k, anchor.k, 2),
+          sector.frame};
 }
 
 // Greedily, in the order of ids: the first colour that neither body has in the stage.

@@ -18,6 +18,7 @@
 #include "lpss/tick/events.h"
 #include "lpss/tick/exchange.h"
 #include "lpss/tick/foresee.h"
+#include "lpss/tick/frames.h"
 #include "lpss/tick/homes.h"
 #include "lpss/tick/integrate.h"
 #include "lpss/tick/islands.h"
@@ -120,7 +121,9 @@ TickMachine::TickMachine(Partition& partition, Options options)
       clock_(std::move(options.time)),
       solvers_(partition.engine),
       queries_(partition),
-      tick_(options.tick) {}
+      tick_(options.tick) {
+  set_felt(partition_, tick_);
+}
 
 Round TickMachine::round(RoundKind kind, std::uint32_t repetition) {
   awaited_ = kind;
@@ -188,6 +191,7 @@ std::optional<Round> TickMachine::begin_tick(std::span<const Command> commands) 
   context_.tick = ++tick_;
   clock_.reset();
   const absl::Cleanup leave = [this] { clock_.leave(); };
+  if (begin_frames(partition_, tick_)) partition_.at_rest = false;
   if (partition_.at_rest && commands.empty()) {
     rest();
     return std::nullopt;
@@ -306,7 +310,7 @@ std::optional<Round> TickMachine::exchange_round() {
   std::vector<Exchange> outbox(partition_.map.servers());
   clock_.enter(TickPhase::kSectorization);
   // Also where all of them are about to leave for others.
-  bool has_programs = partition_.programmed_count > 0;
+  bool has_programs = partition_.programmed_count > 0 || may_cross(partition_);
   std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, context_.stopped);
   foresee_drives(partition_);
   send_contact_points(partition_, outbox);
@@ -481,6 +485,7 @@ std::optional<Round> TickMachine::run_programs(const std::vector<ProgramAnswers>
   context_.counts.programs = programs_->instances();
   programs_.reset();
   append_wakes(context_.changed_triggers, acts);
+  append_crossings(partition_, tick_, acts);
   Round result = round(RoundKind::kActs);
   for (auto& message : result.to) message = acts;
   result.from.flip();

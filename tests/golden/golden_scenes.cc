@@ -250,8 +250,10 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("fountain", 300),
       from_file("globe", 600),
       from_file("house", 300),
+      from_file("habitat", 300),
       from_file("harbour", 300),
       from_file("machines", 180),
+      from_file("orbit", 300),
       from_file("road", 300),
       from_file("rover", 300),
       from_file("seam", 180),
@@ -259,6 +261,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("town", 60),
       from_file("workshop", 300),
       from_file("tower", 180),
+      from_file("train", 840),
       from_file("zones", 180),
       made("tower_over_seams", 240,
            [] {

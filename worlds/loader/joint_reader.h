@@ -25,7 +25,8 @@ inline constexpr absl::string_view kKeptArmatures = "tessera:armatures";
 inline constexpr absl::string_view kKeptThreadPitch = "tessera:screw_thread_pitch";
 
 // Prepares a <joint> of a file so that <tessera:drive>, <tessera:armature>, SDF 1.10's
-// <screw_thread_pitch> and SDF 1.11's <mimic> survive parsing. INVALID_ARGUMENT, naming the place, if they are invalid.
+// <screw_thread_pitch> and SDF 1.11's <mimic> survive parsing. INVALID_ARGUMENT, naming the place, if they
+// are invalid.
 absl::Status prepare_joint(xml::Element& joint);
 
 // SDF's name of a type of joint: "revolute".

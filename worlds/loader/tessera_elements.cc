@@ -158,6 +158,73 @@ absl::StatusOr<WorldPose> read_site(const Element& element, double sector_size) 
   return frame;
 }
 
+absl::StatusOr<MovingFrame> take_moving_frame(Element& element, double sector_size) {
+  MovingFrame result;
+  const absl::StatusOr<PlacementExtras> extras = take_extras(element);
+  if (!extras.ok()) return extras.status();
+  if (absl::Status status = xml::only_attributes(element, {"name", "velocity", "spin", "falls"});
+      !status.ok())
+    return status;
+  const absl::StatusOr<std::string> name = xml::required_attribute(element, "name");
+  if (!name.ok()) return name.status();
+  result.name = *name;
+  for (const auto& [attribute, value] :
+       {std::pair{"velocity", &result.velocity}, std::pair{"spin", &result.spin}}) {
+    const char* text = element.Attribute(attribute);
+    if (text == nullptr) continue;
+    const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(element, text);
+    if (!vector.ok()) return vector.status();
+    *value = *vector;
+  }
+  if (const char* text = element.Attribute("falls")) {
+    const absl::StatusOr<bool> falls = choice(element, text, "false", "true");
+    if (!falls.ok()) return falls.status();
+    result.falls = *falls;
+  }
+  Pose pose;
+  if (Element* child = element.FirstChildElement("pose")) {
+    const absl::StatusOr<xml::RelativePose> start = xml::pose_of(*child);
+    if (!start.ok()) return start.status();
+    if (!start->relative_to.empty())
+      return xml::invalid(*child, "a <tessera:frame> starts relative to the world");
+    pose = start->pose;
+    element.DeleteChild(child);
+  }
+  const WorldPose sector{{{extras->sector.i, extras->sector.j, extras->sector.k}}};
+  const absl::StatusOr<WorldPose> start = compose(sector, pose, sector_size);
+  if (!start.ok()) return xml::error_at(element, start.status().code(), start.status().message());
+  result.start = *start;
+  if (Element* region = element.FirstChildElement("tessera:region")) {
+    if (absl::Status status = xml::only_attributes(*region, {"centre", "size"}); !status.ok()) return status;
+    const absl::StatusOr<std::string> size_text = xml::required_attribute(*region, "size");
+    if (!size_text.ok()) return size_text.status();
+    result.region.emplace();
+    const absl::StatusOr<Eigen::Vector3d> size = xml::vector_in(*region, *size_text);
+    if (!size.ok()) return size.status();
+    result.region->size = *size;
+    if (const char* text = region->Attribute("centre")) {
+      const absl::StatusOr<Eigen::Vector3d> centre = xml::vector_in(*region, text);
+      if (!centre.ok()) return centre.status();
+      result.region->centre = *centre;
+    }
+    element.DeleteChild(region);
+  }
+  while (Element* leg = element.FirstChildElement("tessera:leg")) {
+    if (absl::Status status = xml::only_attributes(*leg, {"seconds", "acceleration"}); !status.ok())
+      return status;
+    const absl::StatusOr<double> seconds = xml::number_attribute(*leg, "seconds");
+    if (!seconds.ok()) return seconds.status();
+    FrameLeg& added = result.legs.emplace_back(FrameLeg{*seconds});
+    if (const char* text = leg->Attribute("acceleration")) {
+      const absl::StatusOr<Eigen::Vector3d> acceleration = xml::vector_in(*leg, text);
+      if (!acceleration.ok()) return acceleration.status();
+      added.acceleration = *acceleration;
+    }
+    element.DeleteChild(leg);
+  }
+  return result;
+}
+
 absl::StatusOr<PlacementExtras> take_extras(Element& element) {
   PlacementExtras result;
   const auto take_sector = [&](const Element& place, absl::string_view text) {

@@ -8,7 +8,11 @@
 //   <tessera:central_gravity surface= radius= [sector="i j k"] [local="x y z"]> in <world>.
 //   <tessera:site name= latitude= longitude= [height=] [frame=]> in <world>: a frame on the globe, holding
 //     <model>, <include> and <frame>.
-//   tessera:sector="i j k", attribute or element of <model>, <include> and <frame> of a world or site.
+//   <tessera:frame name= [velocity="x y z"] [spin="x y z"] [falls="true"]> in <world>: a frame that moves,
+//     holding <pose>, <tessera:region size="x y z" [centre="x y z"]/>, <tessera:leg seconds=
+//     acceleration="x y z"/>, <model>, <include> and <frame>.
+//   tessera:sector="i j k", attribute or element of <model>, <include> and <frame> of a world, site or
+//     <tessera:frame>, and of that.
 //   <tessera:velocity linear="x y z" angular="x y z"> in the same <model> and <include>.
 //   <tessera:surface_motion [velocity="x y z"] [running="x y z"]/> in <link>.
 //   <tessera:program kind= .../> in <link>: program_reader.h.
@@ -34,6 +38,9 @@ absl::Status read_settings(const xml::Element& element, WorldSettings& settings)
 absl::StatusOr<CentralGravity> read_central_gravity(const xml::Element& element, double sector_size);
 
 absl::StatusOr<WorldPose> read_site(const xml::Element& element, double sector_size);
+
+// A <tessera:frame>, from which all but its models and frames is removed.
+absl::StatusOr<MovingFrame> take_moving_frame(xml::Element& element, double sector_size);
 
 // Tessera's elements of a model, which are removed from it.
 struct PlacementExtras {

@@ -34,7 +34,8 @@ namespace {
 
 using xml::Element;
 
-// A named element of the world or of a site with a pose: a model, a frame, a joint or the site itself.
+// A named element with a pose, of the world, a site or a frame that moves: a model, a frame, a joint, or the
+// site or the frame that moves itself.
 struct Placed {
   enum class State { kNew, kResolving, kResolved };
 
@@ -67,8 +68,9 @@ class WorldReader {
  private:
   void collect_held(const Element& parent);
   absl::Status read_scope(Element& parent, const WorldPose& scope);
-  absl::Status read_element(Element& element, const WorldPose& scope, bool in_site);
+  absl::Status read_element(Element& element, const WorldPose& scope, bool in_group);
   absl::Status read_site_group(Element& site);
+  absl::Status read_moving_frame(Element& frame);
   absl::Status read_model(Element& model, const WorldPose& scope);
   absl::Status read_include(Element& include, const WorldPose& scope);
   absl::Status read_frame(Element& frame, const WorldPose& scope);
@@ -102,6 +104,11 @@ class WorldReader {
   absl::flat_hash_map<std::string, std::set<std::string>> held_;
   absl::flat_hash_map<std::string, Placed*> by_name_;
 };
+
+// What groups models under a pose of its own.
+bool holds_models(const Element& element) {
+  return xml::is(element, "tessera:site") || xml::is(element, "tessera:frame");
+}
 
 absl::Status at(const Element& element, const absl::Status& status) {
   if (status.ok()) return status;
@@ -205,7 +212,7 @@ void WorldReader::note_materials() {
 void WorldReader::collect_held(const Element& parent) {
   for (const Element* child = parent.FirstChildElement(); child != nullptr;
        child = child->NextSiblingElement()) {
-    if (xml::is(*child, "tessera:site")) collect_held(*child);
+    if (holds_models(*child)) collect_held(*child);
     if (!xml::is(*child, "joint")) continue;
     for (const char* end : {"parent", "child"}) {
       const ScopedName name(xml::child_text(*child, end));
@@ -215,20 +222,24 @@ void WorldReader::collect_held(const Element& parent) {
 }
 
 absl::Status WorldReader::read_scope(Element& parent, const WorldPose& scope) {
-  const bool in_site = xml::is(parent, "tessera:site");
+  const bool in_group = holds_models(parent);
   for (Element* child = parent.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
-    if (absl::Status status = read_element(*child, scope, in_site); !status.ok()) return status;
+    if (absl::Status status = read_element(*child, scope, in_group); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
 
-absl::Status WorldReader::read_element(Element& element, const WorldPose& scope, bool in_site) {
+absl::Status WorldReader::read_element(Element& element, const WorldPose& scope, bool in_group) {
   if (xml::is(element, "model")) return read_model(element, scope);
   if (xml::is(element, "include")) return read_include(element, scope);
   if (xml::is(element, "frame")) return read_frame(element, scope);
   if (xml::is(element, "joint")) return read_joint(element, scope);
-  if (in_site) return xml::invalid(element, "this element is not allowed in a <tessera:site>");
+  if (in_group) {
+    return xml::invalid(element, "this element is not allowed in a <", element.Parent()->ToElement()->Name(),
+                        ">");
+  }
   if (xml::is(element, "tessera:site")) return read_site_group(element);
+  if (xml::is(element, "tessera:frame")) return read_moving_frame(element);
   for (absl::string_view known : {"gravity", "physics", "tessera:settings", "tessera:central_gravity"}) {
     if (!xml::is(element, known)) continue;
     const Element* first = element.Parent()->FirstChildElement(element.Name());
@@ -263,6 +274,19 @@ absl::Status WorldReader::read_site_group(Element& site) {
   placed.scope = *frame;
   if (absl::Status status = add(std::move(placed)); !status.ok()) return status;
   return read_scope(site, *frame);
+}
+
+absl::Status WorldReader::read_moving_frame(Element& frame) {
+  absl::StatusOr<MovingFrame> moving = take_moving_frame(frame, world_.settings.sector_size);
+  if (!moving.ok()) return moving.status();
+  std::vector<MovingFrame>& frames = world_.settings.frames;
+  Placed placed;
+  placed.name = moving->name;
+  placed.element = &frame;
+  placed.scope.position.sector.frame = static_cast<FrameNumber>(frames.size() + 1);
+  frames.push_back(*std::move(moving));
+  if (absl::Status status = add(placed); !status.ok()) return status;
+  return read_scope(frame, placed.scope);
 }
 
 absl::Status WorldReader::read_model(Element& model, const WorldPose& scope) {
@@ -485,7 +509,8 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
     const Eigen::Vector3d centre =
         body.pose.orientation * centre_frame(link.properties).position + body.pose.position.local;
     const Eigen::Vector3d start =
-        centre + metres_between({}, body.pose.position.sector, world_.settings.sector_size);
+        centre + metres_between({0, 0, 0, body.pose.position.sector.frame}, body.pose.position.sector,
+                                world_.settings.sector_size);
     programs_.add(link.programs, *placed.element, world_.bodies.size(), start, body);
     fluids_.surround(link.displaced, link.feels_wind, start, body, notices_);
     if (link.look) looks_->bodies.emplace(body.name, link.look);

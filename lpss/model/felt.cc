@@ -1,0 +1,113 @@
+#include "lpss/model/felt.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "lpss/base/rotation.h"
+#include "lpss/model/gravity.h"
+
+namespace tessera {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// Applied to w: the torque that a spin asks for of a body that turns at w in the frame. Its power is 0.
+Matrix3d gyroscopic(const Matrix3d& inertia, const Vector3d& spin) {
+  const auto cross = [](const Vector3d& v) {
+    Matrix3d m;
+    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return m;
+  };
+  return cross(spin) * inertia - cross(inertia * spin) + inertia * cross(spin);
+}
+
+}  // namespace
+
+Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time)
+    : settings_(&settings), frame_(frame) {
+  if (frame_ == kWorldFrame) return;
+  const MovingFrame& moving = settings_->frames[frame_ - 1];
+  motion_ = motion_at(*settings_, moving, time);
+  falls_ = moving.falls;
+  turns_ = !moving.spin.isZero(0);
+  spin_ = motion_.orientation.conjugate() * moving.spin;
+  turn_ = rotation_by(spin_ * -settings_->time_step);
+  coriolis_turn_ = rotation_by(spin_ * (-2 * settings_->time_step));
+  if (const auto* planet = std::get_if<CentralGravity>(&settings_->gravity)) {
+    from_centre_ = start_from(*planet, moving, settings_->sector_size) + motion_.way;
+  }
+  for (const bool has_gravity : {true, false})
+    at_origin_[has_gravity ? 0 : 1] = falls_at(Vector3d::Zero(), has_gravity);
+  const Vector3d& felt = at_origin_[0];
+  for (int n = 0; n < 3; ++n)
+    steps_[static_cast<std::size_t>(n)] = static_cast<std::int64_t>(std::floor(felt[n] / kFeltStep + 0.5));
+}
+
+Vector3d Felt::place_of(const SectorIndex& home, const Vector3d& position) const {
+  return metres_between({0, 0, 0, frame_}, home, settings_->sector_size) + position;
+}
+
+Vector3d Felt::falls_at(const Vector3d& place, bool has_gravity) const {
+  if (falls_ && has_gravity) {
+    const Vector3d differs = difference_from(settings_->gravity, from_centre_, motion_.orientation * place);
+    return motion_.orientation.conjugate() * differs;
+  }
+  Vector3d pull = falls_ ? Vector3d(-acceleration_from(settings_->gravity, from_centre_)) : Vector3d::Zero();
+  if (has_gravity)
+    pull = acceleration_from(settings_->gravity, Vector3d(from_centre_ + motion_.orientation * place));
+  return motion_.orientation.conjugate() * Vector3d(pull - motion_.acceleration);
+}
+
+Vector3d Felt::at(const SectorIndex& home, const Vector3d& position, bool has_gravity) const {
+  if (frame_ == kWorldFrame) {
+    if (!has_gravity) return Vector3d::Zero();
+    return acceleration_at(settings_->gravity, home, position, settings_->sector_size);
+  }
+  const Vector3d place = place_of(home, position);
+  const Vector3d felt = falls_at(place, has_gravity);
+  return turns_ ? Vector3d(felt - spin_.cross(spin_.cross(place))) : felt;
+}
+
+bool Felt::is_as(const Felt& before) const {
+  if (at_origin_ != before.at_origin_ || spin_ != before.spin_) return false;
+  if (std::holds_alternative<UniformGravity>(settings_->gravity)) return true;
+  return from_centre_ == before.from_centre_ &&
+         motion_.orientation.coeffs() == before.motion_.orientation.coeffs();
+}
+
+Vector3d Felt::coriolis(const Vector3d& velocity, const Vector3d& still) const {
+  const double dt = settings_->time_step;
+  const Vector3d before = velocity + still * (dt / 2);
+  return (coriolis_turn_ * before - before) / dt;
+}
+
+Felt::Flight Felt::flight(const SectorIndex& home, const Vector3d& position, const Vector3d& velocity,
+                          bool has_gravity) const {
+  const double dt = settings_->time_step;
+  const Vector3d place = place_of(home, position);
+  const Vector3d outside = velocity + spin_.cross(place);
+  const Vector3d falls = falls_at(place, has_gravity);
+  const Vector3d next = turn_ * Vector3d(place + outside * dt + falls * (dt * dt / 2));
+  const Vector3d next_velocity = turn_ * Vector3d(outside + falls * dt) - spin_.cross(next);
+  return {next - place, next_velocity - velocity};
+}
+
+Vector3d Felt::torque(const Matrix3d& inertia, const Vector3d& rate) const {
+  const double dt = settings_->time_step;
+  const Matrix3d turning = gyroscopic(inertia, spin_) * (dt / 2);
+  const Vector3d still = -spin_.cross(Vector3d(inertia * spin_));
+  const Vector3d after = (inertia + turning).inverse() * ((inertia - turning) * rate + still * dt);
+  return inertia * (after - rate) / dt;
+}
+
+std::vector<Felt> felt_in_frames(const WorldSettings& settings, std::uint64_t tick) {
+  const double time = static_cast<double>(tick - std::min<std::uint64_t>(tick, 1)) * settings.time_step;
+  std::vector<Felt> felt;
+  for (FrameNumber frame = kWorldFrame; frame <= settings.frames.size(); ++frame)
+    felt.emplace_back(settings, frame, time);
+  return felt;
+}
+
+}  // namespace tessera

@@ -1,0 +1,83 @@
+// What bodies feel in a frame: gravity, less what the frame itself does.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <variant>
+#include <vector>
+
+#include "lpss/model/frame_motion.h"
+#include "lpss/model/settings.h"
+
+namespace tessera {
+
+// In one frame at one time. All vectors are along the frame's axes.
+class Felt {
+ public:
+  // `settings` outlives it.
+  Felt(const WorldSettings& settings, FrameNumber frame, double time);
+
+  // m/s^2, of a body at rest in the frame at `position` (m, relative to the centre of `home`, a sector of the
+  // frame): gravity, less the acceleration of that place. Exactly gravity in the world frame, and in one that
+  // neither turns nor accelerates. Without gravity for a body that has none.
+  Eigen::Vector3d at(const SectorIndex& home, const Eigen::Vector3d& position, bool has_gravity) const;
+
+  // Whether bodies feel more by how they move.
+  bool turns() const { return turns_; }
+
+  // The mean acceleration (m/s^2) by the Coriolis force in a tick, of a body with this velocity (m/s) at its
+  // beginning that feels `still` at rest. Half of that acts before velocity turns and half after (Boris,
+  // Relativistic plasma simulation, 1970), so that energy does not drift.
+  Eigen::Vector3d coriolis(const Eigen::Vector3d& velocity, const Eigen::Vector3d& still) const;
+
+  // A tick of a body that nothing pushes: straight on, or on a parabola, as seen from where nothing turns.
+  struct Flight {
+    Eigen::Vector3d way;     // m
+    Eigen::Vector3d change;  // m/s, of the velocity
+  };
+  Flight flight(const SectorIndex& home, const Eigen::Vector3d& position, const Eigen::Vector3d& velocity,
+                bool has_gravity) const;
+
+  // The mean torque (N m) in a tick on a body that turns at `rate` (rad/s) in the frame, beyond that of its
+  // own turning: `inertia` (kg m^2) along the frame's axes. By the implicit midpoint rule, which keeps
+  // energy.
+  Eigen::Vector3d torque(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& rate) const;
+
+  // Whether a body at rest feels the same wherever it is.
+  bool is_uniform() const { return !turns_ && std::holds_alternative<UniformGravity>(settings_->gravity); }
+
+  // Whether each body at rest feels what it felt before, to the last bit.
+  bool is_as(const Felt& before) const;
+
+  // Whether what rests is to be woken: what is felt has changed by a step of kFeltStep.
+  bool wakes_after(const Felt& before) const { return steps_ != before.steps_; }
+
+ private:
+  // m, from the origin of the frame.
+  Eigen::Vector3d place_of(const SectorIndex& home, const Eigen::Vector3d& position) const;
+  // m/s^2, without what the turning of the frame makes of it.
+  Eigen::Vector3d falls_at(const Eigen::Vector3d& place, bool has_gravity) const;
+
+  const WorldSettings* settings_;
+  FrameNumber frame_;
+  bool turns_ = false;
+  bool falls_ = false;
+  FrameMotion motion_;
+  // m, of the origin from that of a planet; world axes.
+  Eigen::Vector3d from_centre_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d spin_ = Eigen::Vector3d::Zero();
+  // m/s^2, at the origin: with gravity and without.
+  std::array<Eigen::Vector3d, 2> at_origin_ = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  // What a vector that stays as it is does in the frame in a tick, and twice as far.
+  Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
+  Eigen::Quaterniond coriolis_turn_ = Eigen::Quaterniond::Identity();
+  std::array<std::int64_t, 3> steps_ = {};  // of what is felt at the origin
+};
+
+// In all frames of a world, by FrameNumber, in a tick (the first is 1): as it begins.
+std::vector<Felt> felt_in_frames(const WorldSettings& settings, std::uint64_t tick);
+
+inline constexpr double kFeltStep = 0.01;  // m/s^2
+
+}  // namespace tessera

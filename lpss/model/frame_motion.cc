@@ -1,0 +1,181 @@
+#include "lpss/model/frame_motion.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <variant>
+
+#include "lpss/base/portable_math.h"
+#include "lpss/base/rotation.h"
+
+namespace tessera {
+namespace {
+
+using Eigen::Vector3d;
+
+// On an ellipse around the centre of a planet, from `place` (m) and `velocity` (m/s) there.
+void fall_around(const CentralGravity& planet, const Vector3d& place, double time, FrameMotion& motion) {
+  constexpr int kSteps = 50;
+  const Vector3d velocity = motion.velocity;
+  const double pull = planet.surface * planet.radius * planet.radius;  // m^3/s^2
+  const double distance = place.norm();
+  const double axis = 1 / (2 / distance - velocity.squaredNorm() / pull);
+  const double rate = std::sqrt(pull / axis) / axis;
+  const double outward = place.dot(velocity) / std::sqrt(pull);
+  const double mean = std::remainder(rate * time, 2 * std::numbers::pi);
+  // By Newton's method: the mean anomaly as it grows with the eccentric one.
+  double change = mean;
+  portable::SinCos at;
+  for (int n = 0; n < kSteps; ++n) {
+    at = portable::sincos(change);
+    const double miss =
+        change - (1 - distance / axis) * at.sin + outward / std::sqrt(axis) * (1 - at.cos) - mean;
+    const double slope = 1 - (1 - distance / axis) * at.cos + outward / std::sqrt(axis) * at.sin;
+    change -= miss / slope;
+    if (std::abs(miss) < 1e-16) break;
+  }
+  at = portable::sincos(change);
+  const double now = axis + (distance - axis) * at.cos + outward * std::sqrt(axis) * at.sin;
+  const double less = axis / distance * (1 - at.cos);
+  const double along = mean / rate - (change - at.sin) / rate;
+  motion.way = velocity * along - place * less;
+  motion.velocity = velocity * (1 - axis / now * (1 - at.cos)) -
+                    place * (std::sqrt(pull * axis) / (now * distance) * at.sin);
+}
+
+void fall(const WorldSettings& settings, const MovingFrame& frame, double time, FrameMotion& motion) {
+  if (const auto* planet = std::get_if<CentralGravity>(&settings.gravity))
+    return fall_around(*planet, start_from(*planet, frame, settings.sector_size), time, motion);
+  const Vector3d& acceleration = std::get<UniformGravity>(settings.gravity).acceleration;
+  motion.way = motion.velocity * time + acceleration * (time * time / 2);
+  motion.velocity += acceleration * time;
+}
+
+void follow_legs(const MovingFrame& frame, double time, FrameMotion& motion) {
+  double left = time;
+  for (const FrameLeg& leg : frame.legs) {
+    const double span = std::min(left, leg.seconds);
+    motion.way += motion.velocity * span + leg.acceleration * (span * span / 2);
+    motion.velocity += leg.acceleration * span;
+    left -= span;
+    if (span < leg.seconds) {
+      motion.acceleration = leg.acceleration;
+      return;
+    }
+  }
+  motion.way += motion.velocity * left;
+}
+
+const MovingFrame& frame_of(const WorldSettings& settings, FrameNumber number) {
+  return settings.frames[number - 1];
+}
+
+// Lengths that grow with time are taken into sectors before anything near the origin is added.
+absl::StatusOr<WorldPosition> origin_of(const MovingFrame& frame, const FrameMotion& motion,
+                                        double sector_size) {
+  const WorldPosition& start = frame.start.position;
+  return canonical(start.sector, start.local + motion.way, sector_size);
+}
+
+Vector3d numbers_in(const std::array<double, 3>& numbers) { return Vector3d(numbers.data()); }
+Eigen::Map<Vector3d> numbers_in(std::array<double, 3>& numbers) {
+  return Eigen::Map<Vector3d>(numbers.data());
+}
+
+}  // namespace
+
+Vector3d start_from(const CentralGravity& planet, const MovingFrame& frame, double sector_size) {
+  return metres_between(planet.centre.sector, frame.start.position.sector, sector_size) +
+         (frame.start.position.local - planet.centre.local);
+}
+
+FrameMotion motion_at(const WorldSettings& settings, const MovingFrame& frame, double time) {
+  FrameMotion motion;
+  motion.orientation = rotation_by(frame.spin * time) * frame.start.orientation;
+  motion.velocity = frame.velocity;
+  if (frame.falls) {
+    fall(settings, frame, time, motion);
+  } else {
+    follow_legs(frame, time, motion);
+  }
+  return motion;
+}
+
+Vector3d place_in_frame(const FramedBody& body, double sector_size) {
+  return metres_between({0, 0, 0, body.home.frame}, body.home, sector_size) + numbers_in(body.state.position);
+}
+
+absl::StatusOr<WorldPose> pose_in_world(const WorldSettings& settings, double time, const WorldPose& pose) {
+  const FrameNumber number = pose.position.sector.frame;
+  const MovingFrame& frame = frame_of(settings, number);
+  const FrameMotion motion = motion_at(settings, frame, time);
+  const absl::StatusOr<WorldPosition> origin = origin_of(frame, motion, settings.sector_size);
+  if (!origin.ok()) return origin.status();
+  const Vector3d place = relative_to(pose.position, {0, 0, 0, number}, settings.sector_size);
+  const absl::StatusOr<WorldPosition> position =
+      canonical(origin->sector, origin->local + motion.orientation * place, settings.sector_size);
+  if (!position.ok()) return position.status();
+  return WorldPose{*position, (motion.orientation * pose.orientation).normalized()};
+}
+
+absl::StatusOr<WorldPose> pose_in_frame(const WorldSettings& settings, double time, const WorldPose& pose,
+                                        FrameNumber frame) {
+  if (pose.position.sector.frame == frame) return pose;
+  if (const FrameNumber most = std::max(pose.position.sector.frame, frame); most > settings.frames.size())
+    return absl::NotFoundError(absl::StrCat("the world has no frame ", most));
+  absl::StatusOr<WorldPose> outside = pose;
+  if (pose.position.sector.frame != kWorldFrame) outside = pose_in_world(settings, time, pose);
+  if (!outside.ok() || frame == kWorldFrame) return outside;
+  FramedBody body{outside->position.sector, {}};
+  numbers_in(body.state.position) = outside->position.local;
+  body.state.rotation = rotation_of(outside->orientation);
+  const absl::StatusOr<FramedBody> inside = into_frame(settings, frame, time, body);
+  if (!inside.ok()) return inside.status();
+  return WorldPose{{inside->home, numbers_in(inside->state.position)}, quaternion_of(inside->state)};
+}
+
+absl::StatusOr<FramedBody> out_of_frame(const WorldSettings& settings, double time, const FramedBody& body) {
+  const MovingFrame& frame = frame_of(settings, body.home.frame);
+  const FrameMotion motion = motion_at(settings, frame, time);
+  const absl::StatusOr<WorldPose> pose = pose_in_world(
+      settings, time, {{body.home, numbers_in(body.state.position)}, quaternion_of(body.state)});
+  if (!pose.ok()) return pose.status();
+  const Vector3d place = motion.orientation * place_in_frame(body, settings.sector_size);
+  FramedBody result{pose->position.sector, body.state};
+  BodyState& state = result.state;
+  numbers_in(state.position) = pose->position.local;
+  state.rotation = rotation_of(pose->orientation);
+  numbers_in(state.linear_velocity) =
+      motion.velocity + frame.spin.cross(place) + motion.orientation * numbers_in(body.state.linear_velocity);
+  numbers_in(state.angular_velocity) =
+      frame.spin + motion.orientation * numbers_in(body.state.angular_velocity);
+  state.velocities_before.reset();
+  return result;
+}
+
+absl::StatusOr<FramedBody> into_frame(const WorldSettings& settings, FrameNumber number, double time,
+                                      const FramedBody& body) {
+  const MovingFrame& frame = frame_of(settings, number);
+  const FrameMotion motion = motion_at(settings, frame, time);
+  const absl::StatusOr<WorldPosition> origin = origin_of(frame, motion, settings.sector_size);
+  if (!origin.ok()) return origin.status();
+  const Eigen::Quaterniond back = motion.orientation.conjugate();
+  const Vector3d outside = metres_between(origin->sector, body.home, settings.sector_size) +
+                           (numbers_in(body.state.position) - origin->local);
+  const absl::StatusOr<WorldPosition> position =
+      canonical({0, 0, 0, number}, back * outside, settings.sector_size);
+  if (!position.ok()) return position.status();
+  FramedBody result{position->sector, body.state};
+  BodyState& state = result.state;
+  numbers_in(state.position) = position->local;
+  state.rotation = rotation_of((back * quaternion_of(body.state)).normalized());
+  numbers_in(state.linear_velocity) =
+      back * Vector3d(numbers_in(body.state.linear_velocity) - motion.velocity - frame.spin.cross(outside));
+  numbers_in(state.angular_velocity) = back * Vector3d(numbers_in(body.state.angular_velocity) - frame.spin);
+  state.velocities_before.reset();
+  return result;
+}
+
+}  // namespace tessera

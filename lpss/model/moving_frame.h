@@ -1,0 +1,47 @@
+// Frames that move: trains, ships, habitats. Each has sectors of its own, in which all that detects and
+// solves works as in the world's, whatever the frame's speed: what rests in it has no velocity, and sleeps.
+//
+// What is in a frame meets what is in the same frame alone, and feels what felt.h says. Its place in the
+// world follows from the path of the frame, a function of time.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lpss/grid/world_position.h"
+
+namespace tessera {
+
+inline constexpr std::size_t kMovingFramesMax = 256;
+inline constexpr std::size_t kFrameLegsMax = 4096;  // of one frame
+
+// A stretch of a path with one acceleration.
+struct FrameLeg {
+  double seconds = 0;                                      // > 0
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  // m/s^2, of the origin, world axes
+};
+
+// A box along the axes of the frame, m from its origin.
+struct FrameRegion {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d size = Eigen::Vector3d::Ones();
+};
+
+// What flies freely comes into a frame this far inside of its region, and leaves it this far outside: m.
+inline constexpr double kRegionHysteresis = 0.1;
+
+struct MovingFrame {
+  std::string name;                                    // unique among them
+  WorldPose start;                                     // at tick 0, in the world frame
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s, of the origin at tick 0, world axes
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();      // rad/s, about the origin, world axes; it stays
+  std::optional<FrameRegion> region;                   // none: nothing comes or goes
+  // Its origin falls as a body would: on a parabola, or on an orbit around a planet. It has no legs then.
+  bool falls = false;
+  std::vector<FrameLeg> legs;  // one after the other, from tick 0 on
+};
+
+}  // namespace tessera
