@@ -37,7 +37,8 @@ void add_body_option(CLI::App& command, BodyOptions& options) {
 
 void add_position_options(CLI::App& command, BodyOptions& options) {
   add_parsed(command, "--at", options.at.local, parse_vector, "X,Y,Z: metres from the centre of the sector");
-  add_parsed(command, "--sector", options.at.sector, parse_sector, "I,J,K; 0,0,0 if not given");
+  add_parsed(command, "--sector", options.at.sector, parse_sector,
+             "I,J,K, or I,J,K,N in the N-th frame that moves; 0,0,0 if not given");
 }
 
 absl::Status spawn_body(const BodyOptions& options, Client& client, nlohmann::json& data) {

@@ -185,11 +185,13 @@ nlohmann::json to_json(const ClusterLoad& load) {
   data["sectors_by_load"] = nlohmann::json::array();
   if (!load.sectors.ok()) return data;
   for (const SectorLoad& sector : *load.sectors) {
-    data["sectors_by_load"].push_back({{"sector", {sector.sector.i, sector.sector.j, sector.sector.k}},
-                                       {"server", hexadecimal(sector.server)},
-                                       {"bodies", sector.bodies},
-                                       {"bodies_awake", sector.awake},
-                                       {"clones", sector.clones}});
+    nlohmann::json& row = data["sectors_by_load"].emplace_back();
+    row = {{"sector", {sector.sector.i, sector.sector.j, sector.sector.k}},
+           {"server", hexadecimal(sector.server)},
+           {"bodies", sector.bodies},
+           {"bodies_awake", sector.awake},
+           {"clones", sector.clones}};
+    if (sector.sector.frame != kWorldFrame) row["frame"] = sector.sector.frame;
   }
   return data;
 }

@@ -12,6 +12,14 @@
 namespace tessera::cli {
 namespace {
 
+// The place of the frame among those of the world that move, for a position in one.
+nlohmann::json to_json(const WorldPosition& position) {
+  nlohmann::json json{{"sector", {position.sector.i, position.sector.j, position.sector.k}},
+                      {"local", {position.local.x(), position.local.y(), position.local.z()}}};
+  if (position.sector.frame != kWorldFrame) json["frame"] = position.sector.frame;
+  return json;
+}
+
 constexpr absl::Duration kPollTime = absl::Milliseconds(250);  // so that Ctrl-C is noticed
 
 void add_hash(CLI::App& app, Action& action) {
@@ -33,7 +41,8 @@ void add_raycast(CLI::App& app, Action& action) {
   const auto ray = std::make_shared<RayQuery>();
   add_parsed(command, "--at", ray->origin.local, parse_vector, "X,Y,Z: metres from the centre of the sector")
       ->required();
-  add_parsed(command, "--sector", ray->origin.sector, parse_sector, "I,J,K; 0,0,0 if not given");
+  add_parsed(command, "--sector", ray->origin.sector, parse_sector,
+             "I,J,K, or I,J,K,N in the N-th frame that moves; 0,0,0 if not given");
   add_parsed(command, "--direction", ray->direction, parse_vector, "X,Y,Z, of any length but zero")
       ->required();
   command.add_option("--length", ray->length, "m")->capture_default_str();
@@ -49,8 +58,7 @@ void add_raycast(CLI::App& app, Action& action) {
     data["body"] = hit.body.value;
     data["name"] = hit.name;
     data["distance"] = hit.distance;
-    data["position"] = {{"sector", {hit.position.sector.i, hit.position.sector.j, hit.position.sector.k}},
-                        {"local", {hit.position.local.x(), hit.position.local.y(), hit.position.local.z()}}};
+    data["position"] = to_json(hit.position);
     data["normal"] = {hit.normal.x(), hit.normal.y(), hit.normal.z()};
     absl::PrintF("%s (body %d) at %.6g m: %s + (%s) m, normal (%s)\n", hit.name, hit.body.value, hit.distance,
                  to_string(hit.position.sector), to_string(hit.position.local), to_string(hit.normal));
@@ -65,7 +73,8 @@ void add_near(CLI::App& app, Action& action) {
   add_parsed(command, "--at", query->pose.position.local, parse_vector,
              "X,Y,Z: metres from the centre of the sector")
       ->required();
-  add_parsed(command, "--sector", query->pose.position.sector, parse_sector, "I,J,K; 0,0,0 if not given");
+  add_parsed(command, "--sector", query->pose.position.sector, parse_sector,
+             "I,J,K, or I,J,K,N in the N-th frame that moves; 0,0,0 if not given");
   const auto probe = std::make_shared<Shape>();
   add_parsed(command, "--shape", *probe, parse_shape, "as for spawn; a point if not given");
   command.add_option("--reach", query->reach, "m, up to 4 sectors; 0: what overlaps")->capture_default_str();
@@ -139,11 +148,6 @@ struct WatchOptions {
   std::uint32_t every = 1;
   std::uint64_t frames = 0;
 };
-
-nlohmann::json to_json(const WorldPosition& position) {
-  return {{"sector", {position.sector.i, position.sector.j, position.sector.k}},
-          {"local", {position.local.x(), position.local.y(), position.local.z()}}};
-}
 
 nlohmann::json to_json(const BodyFrame& frame) {
   nlohmann::json bodies = nlohmann::json::array();

@@ -18,7 +18,7 @@ namespace tessera::cli {
 namespace {
 
 constexpr char kHeader[] =
-    "tick,time,body,sector_i,sector_j,sector_k,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz,asleep\n";
+    "tick,time,body,sector_i,sector_j,sector_k,x,y,z,qx,qy,qz,qw,vx,vy,vz,wx,wy,wz,asleep";
 constexpr std::size_t kTextBytesMax = std::size_t{1} << 20;  // written in one go
 
 // A name with commas, quotes or line breaks is quoted, as RFC 4180 has it.
@@ -91,9 +91,10 @@ absl::StatusOr<std::unique_ptr<Trajectory>> Trajectory::open(const TrajectoryOpt
   trajectory->every_ = options.every;
   trajectory->time_step_ = settings.time_step;
   trajectory->sector_size_ = settings.sector_size;
+  for (const MovingFrame& frame : settings.frames) trajectory->frames_.push_back(cell_of(frame.name));
   trajectory->out_.open(options.file, std::ios::binary);
   if (!trajectory->out_) return unwritable(options.file);
-  trajectory->text_ = kHeader;
+  trajectory->text_ = absl::StrCat(kHeader, settings.frames.empty() ? "\n" : ",frame\n");
   return trajectory;
 }
 
@@ -109,7 +110,10 @@ void Trajectory::add(Tick tick, const BodySample& body) {
   append_all(text_, body.pose.orientation.coeffs());
   append_all(text_, body.linear_velocity);
   append_all(text_, body.angular_velocity);
-  absl::StrAppend(&text_, body.asleep ? ",1\n" : ",0\n");
+  absl::StrAppend(&text_, body.asleep ? ",1" : ",0");
+  if (!frames_.empty())
+    absl::StrAppend(&text_, ",", sector.frame == kWorldFrame ? "" : frames_[sector.frame - 1]);
+  text_ += '\n';
   if (text_.size() >= kTextBytesMax) flush();
 }
 

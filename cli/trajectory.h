@@ -77,6 +77,7 @@ class Trajectory {
   std::uint32_t every_ = 1;
   double time_step_ = 0;
   double sector_size_ = 0;
+  std::vector<std::string> frames_;  // that move, likewise; the column is there if there are any
 };
 
 }  // namespace tessera::cli

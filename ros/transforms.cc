@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "lpss/model/frame_motion.h"
 #include "ros/node.h"
 
 namespace tessera::ros {
@@ -49,7 +50,7 @@ std::vector<TransformStamped> Transforms::all(const BodyFrame& frame) const {
   const Time stamp = time_at(frame.tick, settings_.time_step);
   std::vector<TransformStamped> transforms;
   for (const BodySample& body : frame.bodies) {
-    if (has_name(body.id)) transforms.push_back(transform(body, stamp));
+    if (has_name(body.id)) transforms.push_back(transform(body.id, pose_of(body, frame.tick), stamp));
   }
   return transforms;
 }
@@ -60,9 +61,11 @@ std::vector<TransformStamped> Transforms::changed(const BodyFrame& frame) {
   Poses poses;
   for (const BodySample& body : frame.bodies) {
     if (!has_name(body.id)) continue;
+    const WorldPose pose = pose_of(body, frame.tick);
     const auto last = last_.find(body.id);
-    if (last == last_.end() || !is_at(last->second, body.pose)) transforms.push_back(transform(body, stamp));
-    poses.emplace(body.id, body.pose);
+    if (last == last_.end() || !is_at(last->second, pose))
+      transforms.push_back(transform(body.id, pose, stamp));
+    poses.emplace(body.id, pose);
   }
   last_ = std::move(poses);
   return transforms;
@@ -87,11 +90,17 @@ std::vector<TransformStamped> Transforms::fixed(const std::vector<FoundFrame>& f
   return transforms;
 }
 
-TransformStamped Transforms::transform(const BodySample& body, const Time& stamp) const {
-  const Eigen::Vector3d position = relative_to(body.pose.position, sector_, settings_.sector_size);
-  const Eigen::Quaterniond& orientation = body.pose.orientation;
+WorldPose Transforms::pose_of(const BodySample& body, Tick tick) const {
+  if (body.pose.position.sector.frame == sector_.frame) return body.pose;
+  const double time = static_cast<double>(tick) * settings_.time_step;
+  return pose_in_frame(settings_, time, body.pose, sector_.frame).value_or(body.pose);
+}
+
+TransformStamped Transforms::transform(BodyId body, const WorldPose& pose, const Time& stamp) const {
+  const Eigen::Vector3d position = relative_to(pose.position, sector_, settings_.sector_size);
+  const Eigen::Quaterniond& orientation = pose.orientation;
   return {.header = {.stamp = stamp, .frame_id = text(parent_)},
-          .child_frame_id = text(names_.at(body.id)),
+          .child_frame_id = text(names_.at(body)),
           .transform = {.translation = {position.x(), position.y(), position.z()},
                         .rotation = {orientation.x(), orientation.y(), orientation.z(), orientation.w()}}};
 }

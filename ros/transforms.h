@@ -48,7 +48,9 @@ class Transforms {
  private:
   using Poses = absl::flat_hash_map<BodyId, WorldPose>;
 
-  TransformStamped transform(const BodySample& body, const Time& stamp) const;
+  // Of bodies of frames that move, where these are at that tick.
+  WorldPose pose_of(const BodySample& body, Tick tick) const;
+  TransformStamped transform(BodyId body, const WorldPose& pose, const Time& stamp) const;
 
   std::string parent_;
   std::string root_;

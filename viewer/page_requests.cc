@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "lpss/model/frame_motion.h"
 #include "viewer/json.h"
 #include "viewer/model_requests.h"
 #include "viewer/places.h"
@@ -104,12 +105,20 @@ absl::StatusOr<json> pick(Client& client, const json& request) {
   return found;
 }
 
-// One frame of the bodies that match `filter`.
-absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const BodyFilter& filter) {
+// One frame of the bodies that match `filter`, where they are in the world.
+absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const live::ClusterReport& report,
+                                                  const BodyFilter& filter) {
   const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter, kRequestTimeout);
   if (!stream.ok()) return stream.status();
   absl::StatusOr<BodyFrame> frame = (*stream)->next(kRequestTimeout);
   if (!frame.ok()) return frame.status();
+  if (!report.cluster.settings) return std::move(frame->bodies);
+  const WorldSettings& settings = *report.cluster.settings;
+  for (BodySample& body : frame->bodies) {
+    body.pose =
+        pose_in_frame(settings, static_cast<double>(frame->tick) * settings.time_step, body.pose, kWorldFrame)
+            .value_or(body.pose);
+  }
   return std::move(frame->bodies);
 }
 
@@ -124,12 +133,12 @@ absl::StatusOr<FoundBody> named_or_numbered(Client& client, const BodyName& name
   return std::move(found->bodies.front());
 }
 
-absl::StatusOr<json> find(Client& client, const json& request) {
+absl::StatusOr<json> find(Client& client, const live::ClusterReport& report, const json& request) {
   const absl::StatusOr<BodyName> name = body_of(request);
   if (!name.ok()) return name.status();
   const absl::StatusOr<FoundBody> body = named_or_numbered(client, *name);
   if (!body.ok()) return body.status();
-  const absl::StatusOr<std::vector<BodySample>> samples = look_once(client, {.ids = {body->id}});
+  const absl::StatusOr<std::vector<BodySample>> samples = look_once(client, report, {.ids = {body->id}});
   if (!samples.ok()) return samples.status();
   if (samples->empty())
     return absl::NotFoundError(absl::StrCat("no server reports the position of ", body->name));
@@ -138,8 +147,8 @@ absl::StatusOr<json> find(Client& client, const json& request) {
   return found;
 }
 
-absl::StatusOr<json> places(Client& client, double sector_size) {
-  const absl::StatusOr<std::vector<BodySample>> bodies = look_once(client, {});
+absl::StatusOr<json> places(Client& client, const live::ClusterReport& report, double sector_size) {
+  const absl::StatusOr<std::vector<BodySample>> bodies = look_once(client, report, {});
   if (!bodies.ok()) return bodies.status();
   std::vector<Place> found = places_of(*bodies, sector_size);
   const bool truncated = found.size() > kPlacesMax;
@@ -169,8 +178,8 @@ absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report
   const std::string what = request.at("do").get<std::string>();
   const double sector_size = report.cluster.settings ? report.cluster.settings->sector_size : 0;
   if (what == "pick") return pick(client, request);
-  if (what == "find") return find(client, request);
-  if (what == "places") return places(client, sector_size);
+  if (what == "find") return find(client, report, request);
+  if (what == "places") return places(client, report, sector_size);
   if (what == "programs") return programs(client, request);
   if (what == "names") return names(client, request);
   if (what == "model") return model(client, request);

@@ -144,7 +144,8 @@ void PageSession::watch() {
   }
   const WatchedRegion region{interest_->centre, Eigen::Vector3d::Constant(interest_->half)};
   BodyFilter filter;
-  filter.region = region;
+  // Bodies of frames that move are in no region of the world, and yet in view.
+  if (report_->cluster.settings->frames.empty()) filter.region = region;
   filter.every_ticks = every_ticks_;
   filter.complete = true;
   bodies_.watch([this, filter] { return client_.watch_bodies(filter, kSubscribeTimeout); });
@@ -256,7 +257,7 @@ bool PageSession::start_over_where_needed(const live::ClusterReport& report, con
     socket_.send_text(dump(view.describe()));
   }
   const bool is_new = !view_ || view_->interest() != interest;
-  if (has_new_statics || is_new) statics_ = view.see_statics(catalogue_);
+  if (has_new_statics || is_new) statics_ = view.see_statics(catalogue_, report.cluster.tick);
   view_ = view;
   return is_new;
 }
@@ -265,8 +266,10 @@ std::vector<SeenBody> PageSession::seen(const live::ClusterReport& report, const
   std::vector<SeenBody> moving;
   moving.reserve(frame.bodies.size());
   for (const BodySample& body : frame.bodies) {
-    moving.push_back(view_->see(body, place_of(report, body.server)));
+    const SeenBody seen = view_->see(body, place_of(report, body.server), frame.tick);
+    if (!view_->has_frames() || view_->holds(seen)) moving.push_back(seen);
   }
+  if (view_->has_frames()) statics_ = view_->see_statics(catalogue_, frame.tick);
   std::vector<SeenBody> all;
   all.reserve(moving.size() + statics_.size());
   std::merge(moving.begin(), moving.end(), statics_.begin(), statics_.end(), std::back_inserter(all),

@@ -3,6 +3,7 @@
 #include <array>
 #include <variant>
 
+#include "lpss/model/frame_motion.h"
 #include "viewer/json.h"
 
 namespace tessera::viewer {
@@ -53,26 +54,41 @@ nlohmann::json PageView::describe() const {
   return view;
 }
 
-SeenBody PageView::see(const BodySample& body, std::uint8_t server) const {
+// What has no place there is as far away as can be.
+WorldPose PageView::posed(const WorldPose& pose, Tick tick) const {
+  if (pose.position.sector.frame == sector().frame) return pose;
+  return pose_in_frame(settings_, static_cast<double>(tick) * settings_.time_step, pose, sector().frame)
+      .value_or(pose);
+}
+
+SeenBody PageView::see(const BodySample& body, std::uint8_t server, Tick tick) const {
+  const WorldPose pose = posed(body.pose, tick);
   return {body.id.value,
-          floats(offset(body.pose.position)),
-          floats(body.pose.orientation),
+          floats(offset(pose.position)),
+          floats(pose.orientation),
           static_cast<float>(body.linear_velocity.norm()),
           server,
           body.asleep};
 }
 
-std::vector<SeenBody> PageView::see_statics(const live::BodyCatalogue& catalogue) const {
+bool PageView::holds(const SeenBody& body) const {
+  const Eigen::Vector3d place(body.position[0], body.position[1], body.position[2]);
+  return ((place - interest_.centre.local).cwiseAbs().array() <= interest_.half).all();
+}
+
+std::vector<SeenBody> PageView::see_statics(const live::BodyCatalogue& catalogue, Tick tick) const {
   std::vector<SeenBody> seen;
   for (const live::StaticBody& body : catalogue.statics()) {
     const BodySample& sample = body.sample;
     const Shape& shape = catalogue.shape(catalogue.find(sample.id)->properties.shape);
-    const Eigen::Vector3d away = offset(sample.pose.position);
+    const WorldPose pose = posed(sample.pose, tick);
+    const Eigen::Vector3d away = offset(pose.position);
+    if (!away.allFinite()) continue;
     if (const Plane* plane = plane_of(shape)) {
-      SeenBody& added = seen.emplace_back(see(sample, kNoServer));
-      added.position = floats(slid_to_zero(away, sample.pose.orientation, shape.parts.front(), *plane));
+      SeenBody& added = seen.emplace_back(see(sample, kNoServer, tick));
+      added.position = floats(slid_to_zero(away, pose.orientation, shape.parts.front(), *plane));
     } else if (((away - interest_.centre.local).cwiseAbs().array() <= interest_.half + body.radius).all()) {
-      seen.push_back(see(sample, kNoServer));
+      seen.push_back(see(sample, kNoServer, tick));
     }
   }
   return seen;

@@ -32,17 +32,25 @@ class PageView {
   // The sector that points are relative to, the up direction there, and the planet if there is one.
   nlohmann::json describe() const;
 
-  SeenBody see(const BodySample& body, std::uint8_t server) const;
+  // Of other frames than the view's, where they are at that tick.
+  SeenBody see(const BodySample& body, std::uint8_t server, Tick tick) const;
+
+  // Whether it is within the view.
+  bool holds(const SeenBody& body) const;
 
   // Static bodies that extend into the view, ascending by id. The position of an infinite plane is its point
   // closest to the sector's centre.
-  std::vector<SeenBody> see_statics(const live::BodyCatalogue& catalogue) const;
+  std::vector<SeenBody> see_statics(const live::BodyCatalogue& catalogue, Tick tick) const;
+
+  // Whether what rests moves in the view: with a frame.
+  bool has_frames() const { return !settings_.frames.empty(); }
 
   // The contacts within the view.
   std::vector<SeenContact> see(const ContactFrame& frame) const;
 
  private:
   Eigen::Vector3d offset(const WorldPosition& point) const;
+  WorldPose posed(const WorldPose& pose, Tick tick) const;
 
   Interest interest_;
   WorldSettings settings_;

@@ -26,11 +26,28 @@ TEST(PageViewTest, BodiesAreSeenFromTheSectorOfTheCameraAtAnyDistance) {
   for (const std::int64_t far : {std::int64_t{0}, kFar, -kFar}) {
     body.pose.position = {{far + 1, 0, far}, {-63.999, 2, 0.125}};
     const PageView view({{{far, 0, far}, {10, 10, 0}}, 100}, settings(128));
-    const SeenBody seen = view.see(body, 2);
+    const SeenBody seen = view.see(body, 2, 0);
     EXPECT_THAT(seen.position, ElementsAre(FloatNear(64.001F, 1e-5F), 2, 0.125F));
     EXPECT_EQ(seen.speed, 5);
     EXPECT_EQ(seen.server, 2);
   }
+}
+
+TEST(PageViewTest, BodiesOfOtherFramesAreWhereTheseAre) {
+  WorldSettings with_train = settings(128);
+  with_train.time_step = 0.5;
+  with_train.frames.resize(1);
+  with_train.frames[0].velocity = {30, 0, 0};
+  BodySample body;
+  body.pose.position = {{0, 0, 0, 1}, {1, 2, 3}};
+  const PageView outside({{{1, 0, 0}, {0, 0, 0}}, 20}, with_train);
+  EXPECT_THAT(outside.see(body, 2, 8).position, ElementsAre(120 + 1 - 128, 2, 3));
+  EXPECT_TRUE(outside.holds(outside.see(body, 2, 8)));
+  EXPECT_FALSE(outside.holds(outside.see(body, 2, 0)));
+  const PageView inside({{{0, 0, 0, 1}, {0, 0, 0}}, 20}, with_train);
+  EXPECT_THAT(inside.see(body, 2, 8).position, ElementsAre(1, 2, 3));
+  body.pose.position = {{0, 0, 0}, {1, 2, 3}};
+  EXPECT_THAT(inside.see(body, 2, 8).position, ElementsAre(1 - 120, 2, 3));
 }
 
 TEST(PageViewTest, ContactsOutsideOfTheViewAreLeftOut) {

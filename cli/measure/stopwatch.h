@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <ctime>
+#include <functional>
 #include <vector>
 
 namespace tessera {
@@ -28,6 +29,13 @@ inline std::chrono::nanoseconds processor_time() {
 
 inline double microseconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double, std::micro>(time).count();
+}
+
+// Of this work.
+inline double processor_us(const std::function<void()>& work) {
+  const std::chrono::nanoseconds start = processor_time();
+  work();
+  return microseconds(processor_time() - start);
 }
 
 // Of at least one value, in any order; the upper one of two in the middle.

@@ -3,6 +3,7 @@
 #include <absl/numeric/int128.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 #include <absl/strings/str_split.h>
 #include <absl/strings/strip.h>
 #include <absl/time/time.h>
@@ -91,9 +92,16 @@ absl::StatusOr<SectorOffset> parse_shift(absl::string_view text) {
 }
 
 absl::StatusOr<SectorIndex> parse_sector(absl::string_view text) {
-  const auto numbers = parse_integers(text);
+  std::vector<absl::string_view> parts = absl::StrSplit(text, ',');
+  FrameNumber frame = kWorldFrame;
+  if (parts.size() == 4) {
+    if (!absl::SimpleAtoi(parts.back(), &frame))
+      return absl::InvalidArgumentError(absl::StrCat("\"", parts.back(), "\" is not the number of a frame"));
+    parts.pop_back();
+  }
+  const auto numbers = parse_integers(absl::StrJoin(parts, ","));
   if (!numbers.ok()) return numbers.status();
-  return SectorIndex{(*numbers)[0], (*numbers)[1], (*numbers)[2]};
+  return SectorIndex{(*numbers)[0], (*numbers)[1], (*numbers)[2], frame};
 }
 
 absl::StatusOr<Eigen::Vector3d> parse_vector(absl::string_view text) {

@@ -22,7 +22,7 @@ absl::StatusOr<std::int64_t> parse_integer(absl::string_view text);
 // "I,J,K". Errors as parse_integer(), and OUT_OF_RANGE beyond kShiftMax.
 absl::StatusOr<SectorOffset> parse_shift(absl::string_view text);
 
-// "I,J,K" of any 64-bit value.
+// "I,J,K" of any 64-bit value; "I,J,K,N" in the N-th frame of the world that moves.
 absl::StatusOr<SectorIndex> parse_sector(absl::string_view text);
 
 // "X,Y,Z", finite. INVALID_ARGUMENT for other text.

@@ -93,6 +93,31 @@ def test_program_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> 
         tessera.Cluster()
 
 
+def test_what_rests_in_a_ship_sleeps(client: tessera.Client) -> None:
+    ship = tessera.MovingFrame("ship", velocity=(7800, 0, 0), legs=[(3, (0, 0, 0)), (1, (0, -4, 0))])
+    world = tessera.World("ship", tessera.Settings(frames=[ship]))
+    for name, size, place, motion in (
+        ("floor", (40, 40, 1), (0, 0, -0.5), tessera.Motion.STATIC),
+        ("crate", (1, 1, 0.5), (5, 0, 0.25), tessera.Motion.DYNAMIC),
+    ):
+        body = tessera.Body(name, tessera.box(*size), 10, tessera.WorldPosition(place, frame=1), motion=motion)
+        body.friction = 0.2
+        world.add(body)
+    client.load(world, replace=True)
+    client.step(175)
+    states = client.body_states()
+    assert states.frames.tolist() == [1]
+    assert states.asleep.all() and states.local[0] == pytest.approx([5, 0, 0.25], abs=1e-3)
+    with client.watch_bodies(complete=True) as frames:
+        client.step(65)
+        frame = next(frame for frame in frames if frame.tick == 240)
+    assert frame.frames is not None and frame.frames.tolist() == [1]
+    slid = 4 - 0.2 * 9.81
+    assert frame.linear_velocities[0][1] == pytest.approx(slid, rel=0.02)
+    with pytest.raises(tessera.InvalidArgument, match="frame 2 must be at most 1"):
+        client.spawn(tessera.Body("stray", tessera.box(1, 1, 1), position=tessera.WorldPosition(frame=2)))
+
+
 def test_triggers_tell_what_enters_and_leaves(client: tessera.Client) -> None:
     client.load(flat_world(), replace=True)
     gate = tessera.Body(

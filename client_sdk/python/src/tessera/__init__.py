@@ -92,7 +92,7 @@ from tessera.shape import (
 )
 from tessera.simulation import Simulation
 from tessera.vector_env import Box, Copy, CopyState, EnvState, VectorEnv
-from tessera.world import CentralGravity, Precision, SeamPolicy, Settings, World
+from tessera.world import CentralGravity, MovingFrame, Precision, SeamPolicy, Settings, World
 
 if TYPE_CHECKING:
     from tessera.body_streams import BodyStream
@@ -182,6 +182,7 @@ __all__ = [
     "Mechanics",
     "Mimic",
     "Motion",
+    "MovingFrame",
     "Neighbour",
     "NotFound",
     "OutOfRange",

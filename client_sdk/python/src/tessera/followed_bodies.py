@@ -154,7 +154,8 @@ class FollowedBodies(Stream[tessera_pb2.BodyBatch, BodyFrame]):
         """Where the body is."""
         i, j, k = (int(index) for index in self._place.sectors[0])
         x, y, z = (float(metres) for metres in self._place.local[0])
-        return WorldPosition((x, y, z), (i, j, k))
+        moving = 0 if self._place.frames is None else int(self._place.frames[0])
+        return WorldPosition((x, y, z), (i, j, k), moving)
 
     def _gone_from(self, place: WorldPosition) -> float:
         """How far the body is from there along any axis, m."""

@@ -46,6 +46,8 @@ class BodyFrame:
     angular_velocities: Floats  # [n, 3], rad/s, world axes
     asleep: NDArray[np.bool_]  # [n]
     sector_size: float  # m, of the world
+    # [n], of the sectors: 0 is the world's, n the n-th of Settings.frames; None if all are the world's
+    frames: NDArray[np.uint32] | None = None
     # Of earlier frames of a stream: bodies that were removed or no longer match what it is of; ascending.
     gone: Ids = field(default_factory=lambda: np.empty(0, dtype=np.uint64))
     deferred: int = 0  # bodies of a stream that have changed and are told later: its budget
@@ -72,6 +74,7 @@ class BodyFrame:
             linear_velocities=self.linear_velocities[rows],
             angular_velocities=self.angular_velocities[rows],
             asleep=self.asleep[rows],
+            frames=None if self.frames is None else self.frames[rows],
         )
 
     def pose_of(self, frame: FoundFrame) -> tuple[WorldPosition, Quaternion]:
@@ -84,7 +87,8 @@ class BodyFrame:
         x, y, z = self.local[row] + turned(turn, np.array(frame.position))
         qx, qy, qz, qw = product(turn, np.array(frame.orientation))
         i, j, k = (int(index) for index in self.sectors[row])
-        position = WorldPosition((float(x), float(y), float(z)), (i, j, k))
+        moving = 0 if self.frames is None else int(self.frames[row])
+        position = WorldPosition((float(x), float(y), float(z)), (i, j, k), moving)
         return position, (float(qx), float(qy), float(qz), float(qw))
 
     def relative_to(self, sector: SectorLike = ORIGIN) -> Floats:
@@ -241,6 +245,7 @@ class Columns:
     sectors: Integers  # [n, 3]
     motion: Floats  # [n, 13]: position, orientation, both velocities
     asleep: NDArray[np.bool_]  # [n]
+    frames: NDArray[np.uint32]  # [n]
 
     def rows(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> Columns:
         return Columns(*(getattr(self, column.name)[which] for column in fields(Columns)))
@@ -265,6 +270,7 @@ def frame_of(tick: int, columns: Columns, sector_size: float, gone: Ids | None =
         angular_velocities=motion[:, 10:13],
         asleep=columns.asleep,
         sector_size=sector_size,
+        frames=columns.frames if columns.frames.any() else None,
         gone=np.empty(0, dtype=np.uint64) if gone is None else gone,
     )
 
@@ -272,7 +278,8 @@ def frame_of(tick: int, columns: Columns, sector_size: float, gone: Ids | None =
 def columns_in(frame: BodyFrame) -> Columns:
     """The bodies of a frame."""
     motion = [frame.local, frame.orientations, frame.linear_velocities, frame.angular_velocities]
-    return Columns(frame.ids, frame.sectors, np.hstack(motion), frame.asleep)
+    frames = np.zeros(len(frame), dtype=np.uint32) if frame.frames is None else frame.frames
+    return Columns(frame.ids, frame.sectors, np.hstack(motion), frame.asleep, frames)
 
 
 def columns_of(part: tessera_pb2.BodyBatch) -> Columns:
@@ -284,9 +291,12 @@ def columns_of(part: tessera_pb2.BodyBatch) -> Columns:
             np.array([_sector(state.pose.position.sector) for state in states], dtype=np.int64),
             np.array([_motion(state) for state in states], dtype=np.float64),
             np.array([state.asleep for state in states], dtype=np.bool_),
+            np.array([state.pose.position.sector.frame for state in states], dtype=np.uint32),
         )
     columns = part.columns
     sectors = np.array([_sector(sector) for sector in columns.sectors], dtype=np.int64).reshape(-1, 3)
+    frames = np.array([sector.frame for sector in columns.sectors], dtype=np.uint32)
+    places = np.array(columns.sector, dtype=np.intp)
     vectors = (
         (columns.positions, 3),
         (columns.orientations, 4),
@@ -295,21 +305,24 @@ def columns_of(part: tessera_pb2.BodyBatch) -> Columns:
     )
     return Columns(
         np.array(columns.ids, dtype=np.uint64),
-        sectors[np.array(columns.sector, dtype=np.intp)],
+        sectors[places],
         np.hstack([np.array(column, dtype=np.float64).reshape(-1, width) for column, width in vectors]),
         np.array(columns.asleep, dtype=np.bool_),
+        frames[places],
     )
 
 
 def body_batch(frame: BodyFrame) -> tessera_pb2.BodyBatch:
     """The bodies of a frame as a message, body by body."""
     batch = tessera_pb2.BodyBatch(tick=frame.tick)
-    motion = columns_in(frame).motion.tolist()
-    rows = zip(frame.ids.tolist(), frame.sectors.tolist(), motion, frame.asleep.tolist())
-    for body, (i, j, k), (px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz), asleep in rows:
+    columns = columns_in(frame)
+    rows = zip(frame.ids.tolist(), frame.sectors.tolist(), columns.motion.tolist(), frame.asleep.tolist())
+    moving = columns.frames.tolist()
+    for n, (body, (i, j, k), motion, asleep) in enumerate(rows):
+        px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz = motion
         state = batch.bodies.add(id=body, asleep=asleep)
         sector, local = state.pose.position.sector, state.pose.position.local
-        sector.i, sector.j, sector.k = i, j, k
+        sector.i, sector.j, sector.k, sector.frame = i, j, k, moving[n]
         local.x, local.y, local.z = px, py, pz
         turn = state.pose.orientation
         turn.x, turn.y, turn.z, turn.w = qx, qy, qz, qw

@@ -173,6 +173,6 @@ class KnownBodies:
         new = news.columns.rows(repeats)
         old = known.columns.rows(np.searchsorted(known.ids, new.ids))
         repeats[repeats] = (
-            old.asleep & (old.sectors == new.sectors).all(axis=1) & (old.motion == new.motion).all(axis=1)
+            old.asleep & (old.frames == new.frames) & (old.sectors == new.sectors).all(axis=1) & (old.motion == new.motion).all(axis=1)
         )
         return repeats

@@ -20,7 +20,7 @@ ASLEEP, GOES_ON, TURNS_ON, HAS_VELOCITIES = 1, 2, 4, 32
 class _Last:
     """What a body was told to be last; `position` and `orientation` are what is expected next."""
 
-    sector: tuple[int, int, int] = (0, 0, 0)
+    sector: tuple[int, int, int, int] = (0, 0, 0, 0)  # and its frame
     position_now: tuple[int, ...] = ()
     position: tuple[int, ...] = ()
     orientation_now: tuple[int, ...] = ()
@@ -47,10 +47,10 @@ class BodyUnpacker:
 
     def read(self, packed: tessera_pb2.PackedBodies) -> Columns:
         """The bodies of the next batch."""
-        table = [(sector.i, sector.j, sector.k) for sector in packed.sectors]
+        table = [(sector.i, sector.j, sector.k, sector.frame) for sector in packed.sectors]
         numbers = _numbers(packed.bodies)
         ids: list[int] = []
-        sectors: list[tuple[int, int, int]] = []
+        sectors: list[tuple[int, int, int, int]] = []
         flags: list[int] = []
         whole: list[tuple[int, ...]] = []
         body, at = 0, 0
@@ -81,11 +81,13 @@ class BodyUnpacker:
         rows = np.array(whole, dtype=np.float64).reshape(-1, 12)
         flagged = np.array(flags, dtype=np.int64)
         turns = _with_largest(self._turn * rows[:, 3:6], flagged // 8 % 4)
+        homes = np.array(sectors, dtype=np.int64).reshape(-1, 4)
         return Columns(
             np.array(ids, dtype=np.uint64),
-            np.array(sectors, dtype=np.int64).reshape(-1, 3),
+            homes[:, :3],
             np.hstack([self._quantum * rows[:, 0:3], turns, self._velocity * rows[:, 6:12]]),
             flagged & ASLEEP != 0,
+            homes[:, 3].astype(np.uint32),
         )
 
 

@@ -38,6 +38,7 @@ class WorldPosition:
 
     local: Vector = (0.0, 0.0, 0.0)
     sector: Sector = ORIGIN
+    frame: int = 0  # that the sector belongs to: the world's, or the n-th that moves (Settings.frames)
 
 
 PositionLike: TypeAlias = WorldPosition | VectorLike
@@ -98,14 +99,14 @@ def to_sector(message: world_pb2.SectorIndex) -> Sector:
 
 
 def to_position(message: world_pb2.WorldPosition) -> WorldPosition:
-    return WorldPosition(to_vector(message.local), to_sector(message.sector))
+    return WorldPosition(to_vector(message.local), to_sector(message.sector), message.sector.frame)
 
 
 def position_message(position: PositionLike) -> world_pb2.WorldPosition:
     point = position if isinstance(position, WorldPosition) else WorldPosition(_triple(position))
-    return world_pb2.WorldPosition(
-        sector=sector_message(point.sector), local=vector_message(point.local, "position")
-    )
+    sector = sector_message(point.sector)
+    sector.frame = operator.index(point.frame)
+    return world_pb2.WorldPosition(sector=sector, local=vector_message(point.local, "position"))
 
 
 def world_pose_message(position: PositionLike, orientation: VectorLike | None) -> world_pb2.WorldPose:

@@ -225,6 +225,7 @@ class BodyStates(_Rows):
     linear_velocities: Floats  # [n, 3], of the centre of mass, m/s, world axes
     angular_velocities: Floats  # [n, 3], rad/s, world axes
     asleep: NDArray[np.bool_]  # [n]
+    frames: NDArray[np.uint32]  # [n], of the sectors: 0 is the world's, n the n-th of Settings.frames
 
     def relative_to(self, sector: SectorLike, sector_size: float) -> Floats:
         """Positions [n, 3] in metres from the centre of `sector`; see `tessera.relative_to()`."""
@@ -318,15 +319,18 @@ def to_ray_hits(message: query_pb2.HitColumns) -> RayHits:
 def to_body_states(tick: int, message: query_pb2.BodyColumns) -> BodyStates:
     packed = packed_fields(message)
     sectors = np.array([(one.i, one.j, one.k) for one in message.sectors], dtype=np.int64).reshape(-1, 3)
+    frames = np.array([one.frame for one in message.sectors], dtype=np.uint32)
+    places = varints_of(packed, "sector").astype(np.intp)
     return BodyStates(
         tick=tick,
         ids=numbers_of(packed, "ids", np.uint64),
-        sectors=sectors[varints_of(packed, "sector").astype(np.intp)],
+        sectors=sectors[places],
         local=numbers_of(packed, "positions", np.float64, 3),
         orientations=numbers_of(packed, "orientations", np.float64, 4),
         linear_velocities=numbers_of(packed, "linear_velocities", np.float64, 3),
         angular_velocities=numbers_of(packed, "angular_velocities", np.float64, 3),
         asleep=varints_of(packed, "asleep").astype(np.bool_),
+        frames=frames[places],
     )
 
 

@@ -189,4 +189,5 @@ def _frame(states: BodyStates, sector_size: float) -> BodyFrame:
         states.angular_velocities,
         states.asleep,
         sector_size,
+        states.frames if states.frames.any() else None,
     )

@@ -17,6 +17,7 @@ from tessera.body import Body
 from tessera.errors import InvalidArgument, NotFound, from_number
 from tessera.joint import Joint
 from tessera.position import (
+    IDENTITY,
     ORIGIN,
     PositionLike,
     SectorLike,
@@ -24,6 +25,7 @@ from tessera.position import (
     position_message,
     sector_message,
     vector_message,
+    world_pose_message,
 )
 from tessera.program import run
 
@@ -54,6 +56,41 @@ class CentralGravity:
     radius: float = 6.371e6
 
 
+@dataclass
+class MovingFrame:
+    """A frame with sectors of its own: a train, a ship, a station. World axes; what is in it has `frame=n`, its place
+    in `Settings(frames=...)` from 1 on, in `WorldPosition`.
+    """
+
+    name: str
+    position: PositionLike = (0.0, 0.0, 0.0)  # at tick 0, in the world
+    orientation: VectorLike = IDENTITY
+    velocity: VectorLike = (0.0, 0.0, 0.0)  # m/s, of its origin at tick 0
+    spin: VectorLike = (0.0, 0.0, 0.0)  # rad/s, about its origin; it stays
+    falls: bool = False  # its origin, as a body would: on an orbit around a planet
+    legs: Sequence[tuple[float, VectorLike]] = ()  # s, and m/s^2 of its origin; one after the other, from tick 0 on
+    # m, in the frame: of the box in which what flies freely comes into it, and outside of which it leaves
+    region: VectorLike | None = None
+    region_centre: VectorLike = (0.0, 0.0, 0.0)
+
+    def message(self) -> world_pb2.MovingFrame:
+        result = world_pb2.MovingFrame(
+            name=self.name,
+            start=world_pose_message(self.position, self.orientation),
+            velocity=vector_message(self.velocity, "velocity"),
+            spin=vector_message(self.spin, "spin"),
+            falls=self.falls,
+            legs=[
+                world_pb2.FrameLeg(seconds=seconds, acceleration=vector_message(acceleration, "acceleration"))
+                for seconds, acceleration in self.legs
+            ],
+        )
+        if self.region is not None:
+            result.region_size.CopyFrom(vector_message(self.region, "region"))
+            result.region_centre.CopyFrom(vector_message(self.region_centre, "region_centre"))
+        return result
+
+
 EARTH = (0.0, 0.0, -9.81)  # m/s^2
 
 
@@ -62,15 +99,17 @@ class Settings:
 
         tessera.Settings(sector_size=64, sleep_after=0, gravity=(0, 0, 0))
 
-    `gravity` is the same acceleration everywhere (m/s^2), or a planet's. The others are the fields of
+    `gravity` is the same acceleration everywhere (m/s^2), or a planet's. `frames` are those that move. The others are the fields of
     WorldSettings in proto/world.proto; worlds/README.md has their meanings, units and bounds. What is not
     given has its default, which the cluster knows. Bounds are checked by the cluster, which names the field.
 
     Raises ValueError for a name that is no setting, TypeError for a value of another kind.
     """
 
-    def __init__(self, gravity: VectorLike | CentralGravity = EARTH, **values: float) -> None:
-        self._message = world_pb2.WorldSettings()
+    def __init__(
+        self, gravity: VectorLike | CentralGravity = EARTH, frames: Sequence[MovingFrame] = (), **values: float
+    ) -> None:
+        self._message = world_pb2.WorldSettings(frames=[frame.message() for frame in frames])
         for name, value in values.items():
             field = world_pb2.WorldSettings.DESCRIPTOR.fields_by_name.get(name)
             if field is None or field.message_type is not None:
