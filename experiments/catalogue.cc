@@ -5,6 +5,7 @@
 #include "experiments/ground/ground.h"
 #include "experiments/joints/joints.h"
 #include "experiments/joints/models.h"
+#include "experiments/motion/motion.h"
 #include "experiments/paper/distance.h"
 #include "experiments/paper/instances.h"
 #include "experiments/paper/overhead.h"
@@ -49,6 +50,9 @@ const std::vector<Experiment>& all_experiments() {
       {"models",
        "World files of other projects: which load, hold together and come to rest; robots on a plane.",
        measure_models, /*has_scenes=*/true, /*has_worlds=*/true},
+      {"motion",
+       "Scenes in frames that move, up to 3e7 m/s: bits, times, what sleeps, and a train that brakes.",
+       measure_motion},
       {"outside", "A crowd that decides as programs, and as the code of a client: ticks, latency, bytes.",
        measure_outside},
       {"overhead", "The time of a tick by phase, for 128 to 32,768 bodies, compared with plain Bullet.",

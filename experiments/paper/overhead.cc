@@ -53,12 +53,6 @@ WorldDescription towers(const WorldSettings& settings, int count) {
   return builder.world();
 }
 
-double processor_us(const std::function<void()>& work) {
-  const std::chrono::nanoseconds start = processor_time();
-  work();
-  return microseconds(processor_time() - start);
-}
-
 // The bodies with one variant of solving, and the time of each tick.
 class Timed {
  public:

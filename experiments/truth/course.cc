@@ -52,7 +52,8 @@ void Course::look(const std::vector<BodyRecord>& bodies) {
   for (const BodyRecord& record : bodies) {
     const WorldPose pose = body_pose(record, world_.settings.sector_size);
     Glance glance;
-    glance.place = relative_to(pose.position, world_.anchor, world_.settings.sector_size);
+    glance.place = relative_to(pose.position, anchor_for(pose.position.sector, world_.anchor),
+                               world_.settings.sector_size);
     glance.turn = pose.orientation;
     glance.velocity = Eigen::Vector3d(record.state.linear_velocity.data());
     glance.spin = Eigen::Vector3d(record.state.angular_velocity.data());

@@ -71,6 +71,7 @@ std::vector<Scene> program_scenes();  // how lifts, characters and vehicles move
 std::vector<Scene> force_scenes();    // of the same group: what pushes, draws and takes away
 std::vector<Scene> robot_scenes();    // also: controllers of joints, and robots on wheels
 std::vector<Scene> sensor_scenes();   // of the same group: what sensors show
+std::vector<Scene> frame_scenes();    // in frames that move
 std::vector<Scene> fluid_scenes();    // of the same group: what swims and flies
 
 }  // namespace tessera::truth

@@ -28,7 +28,7 @@ double Result::error() const {
 std::vector<Scene> all_scenes() {
   return joined({rest_scenes(), slide_scenes(), carrier_scenes(), impact_scenes(), through_scenes(),
                  flush_scenes(), flight_scenes(), ray_scenes(), trigger_scenes(), program_scenes(),
-                 force_scenes(), robot_scenes(), sensor_scenes(), fluid_scenes()});
+                 force_scenes(), robot_scenes(), sensor_scenes(), fluid_scenes(), frame_scenes()});
 }
 
 namespace {

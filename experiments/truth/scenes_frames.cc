@@ -1,0 +1,152 @@
+// What happens in frames that move, beside what is seen from where nothing turns or brakes.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "experiments/truth/scene_parts.h"
+#include "lpss/base/rotation.h"
+
+namespace tessera::truth {
+namespace {
+
+using Eigen::Vector3d;
+
+Scene frame_scene(const std::string& name, double seconds) {
+  Scene scene;
+  scene.group = "frames";
+  scene.name = name;
+  scene.seconds = seconds;
+  scene.in_bullet = false;
+  return scene;
+}
+
+// All of it in a frame at 7.8 km/s.
+WorldDescription in_orbit(const WorldDescription& world, const Vector3d& spin = Vector3d::Zero(),
+                          const std::vector<FrameLeg>& legs = {}) {
+  MovingFrame frame;
+  frame.name = "frame";
+  frame.velocity = {7800, 0, 0};
+  frame.spin = spin;
+  frame.legs = legs;
+  return aboard(frame, world);
+}
+
+// --- a wheel in space, that turns about y ---
+
+constexpr double kSpin = 0.3;  // rad/s
+
+Vector3d to_frame(const Vector3d& outside, double time) {
+  return rotation_by(Vector3d(0, -kSpin * time, 0)) * outside;
+}
+
+Scene flies_in_a_habitat(const std::string& name, const Vector3d& velocity) {
+  Scene scene = frame_scene(name, 3);
+  const Vector3d start(kPlace, 1, -50);
+  scene.world = [=](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    add_body(builder, "ball", Sphere{0.2}, 1, start, 0.5).linear_velocity = velocity;
+    return in_orbit(builder.world(), {0, kSpin, 0});
+  };
+  scene.results = [=](const Course& course) -> Results {
+    const double time = static_cast<double>(course.ticks()) * course.dt();
+    const Vector3d outside = velocity + Vector3d(0, kSpin, 0).cross(start);
+    const Vector3d right = to_frame(start + outside * time, time);
+    const Vector3d speed = to_frame(outside, time) - Vector3d(0, kSpin, 0).cross(right);
+    const Glance& end = course.last("ball");
+    return {{"off its place", "m", 0, (end.place - right).norm(), 2e-3},
+            {"off its velocity", "m/s", 0, (end.velocity - speed).norm(), 2e-3}};
+  };
+  return scene;
+}
+
+// What stands on a floor at R bears m w^2 R, and rolls as on a slope that leans by how far it is from below
+// the axis.
+Scene slides_in_a_habitat() {
+  constexpr double kRim = 100;
+  constexpr double kFriction = 0.2;
+  constexpr double kSpeed = 3;  // across, along the axis: no Coriolis force
+  Scene scene = frame_scene("slides_in_a_habitat", 3);
+  scene.world = [=](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    builder.add("floor", builder.shape(Box{{40, 40, 1}}), 1, {0, 0, -kRim - 0.5}, Motion::kStatic)
+        .properties.friction = kFriction;
+    add_body(builder, "box", Box{{0.5, 0.5, 0.2}}, 10, {0, -4, -kRim + 0.1}, kFriction).linear_velocity = {
+        0, kSpeed, 0};
+    return in_orbit(builder.world(), {0, kSpin, 0});
+  };
+  scene.results = [=](const Course& course) -> Results {
+    const double pressed = kSpin * kSpin * (kRim - 0.1);
+    const double way = kSpeed * kSpeed / (2 * kFriction * pressed);
+    const Vector3d went = course.last("box").place - course.first("box").place;
+    return {{"way", "m", way, went.y(), 0.01 * way}, {"aside", "m", 0, went.x(), 0.01}};
+  };
+  return scene;
+}
+
+// At a latitude, the plane of a pendulum turns by -w sin(latitude) t: here fast, at the pole.
+Scene foucault() {
+  constexpr double kTurn = 0.02;  // rad/s
+  constexpr double kLength = 10;  // m
+  constexpr double kWide = 0.5;   // m
+  constexpr double kSeconds = 60;
+  Scene scene = frame_scene("foucault", kSeconds);
+  scene.has_border = false;
+  scene.world = [=](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    BodyDescription& bob = add_body(builder, "bob", Sphere{0.1}, 10,
+                                    {kWide, 0, -std::sqrt(kLength * kLength - kWide * kWide)}, 0.5);
+    // At rest outside: else it would go round.
+    bob.linear_velocity = -Vector3d(0, 0, kTurn).cross(Vector3d(kWide, 0, 0));
+    bob.angular_velocity = {0, 0, -kTurn};
+    builder.tie("wire", JointType::kBall, "", "bob", {0, 0, 0});
+    return in_orbit(builder.world(), {0, 0, kTurn});
+  };
+  scene.results = [=](const Course& course) -> Results {
+    // The line of the last half period, through its two ends.
+    const double period = 2 * std::numbers::pi * std::sqrt(kLength / kGravity);
+    const std::span<const Glance> all = course.between("bob", kSeconds - period, kSeconds);
+    const auto farthest =
+        std::ranges::max_element(all, {}, [](const Glance& g) { return g.place.head<2>().norm(); });
+    const double time = kSeconds - period + static_cast<double>(farthest - all.begin()) * course.dt();
+    const double angle = std::atan2(farthest->place.y(), farthest->place.x());
+    const double off = std::remainder(angle + kTurn * time, std::numbers::pi);
+    return {{"direction", "degrees", 0, off * 180 / std::numbers::pi,
+             0.01 * kTurn * time * 180 / std::numbers::pi},
+            {"width", "m", kWide, farthest->place.head<2>().norm(), 0.01 * kWide}};
+  };
+  return scene;
+}
+
+// A train that brakes by more than friction holds: the way until boxes stand again.
+Scene brakes(const std::string& name, double braking) {
+  constexpr double kFriction = 0.25;
+  constexpr double kSeconds = 2;
+  Scene scene = frame_scene(name, 6);
+  scene.world = [=](const WorldSettings& settings) {
+    WorldBuilder builder = on_plane(with_gravity(settings, {0, 0, -kGravity}), kFriction);
+    add_body(builder, "box", Box{{0.8, 0.6, 0.2}}, 10, {kPlace, 0, 0.1}, kFriction);
+    return in_orbit(builder.world(), Vector3d::Zero(), {{1, Vector3d::Zero()}, {kSeconds, {-braking, 0, 0}}});
+  };
+  scene.results = [=](const Course& course) -> Results {
+    const double held = kFriction * kGravity;
+    const double past = std::max(braking - held, 0.0);
+    const double speed = past * kSeconds;
+    const double way = speed * kSeconds / 2 + speed * speed / (2 * held);
+    return {
+        {"way", "m", way, course.last("box").place.x() - course.first("box").place.x(), 0.01 * way + 1e-3}};
+  };
+  return scene;
+}
+
+}  // namespace
+
+std::vector<Scene> frame_scenes() {
+  return {flies_in_a_habitat("let_go_in_a_habitat", Vector3d::Zero()),
+          flies_in_a_habitat("thrown_in_a_habitat", {4, -1, 7}),
+          slides_in_a_habitat(),
+          foucault(),
+          brakes("brakes_that_friction_holds", 2),
+          brakes("brakes_that_slide", 4)};
+}
+
+}  // namespace tessera::truth
