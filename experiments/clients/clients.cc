@@ -242,19 +242,29 @@ class ClientFigures {
         !status.ok())
       return status;
     Tick tick = 0;
+    std::vector<JointId> ids;
+    std::vector<double> targets, stiffness, damping;
     Figures figures;
     absl::Status status = repeat(time_, figures, [&]() -> absl::Status {
       Batch batch;
       const double time = static_cast<double>(tick) * settings.time_step;
+      ids.clear();
+      for (std::vector<double>* column : {&targets, &stiffness, &damping}) column->clear();
       for (const Command& command : robots::servo_targets(ant, 0, count, time)) {
         const auto& drives = std::get<SetDrives>(command);
-        batch.commands.set_drive(drives.id, drives.drives[0]);
+        ids.push_back(drives.id);
+        targets.push_back(drives.drives[0].target);
+        stiffness.push_back(drives.drives[0].stiffness);
+        damping.push_back(drives.drives[0].damping);
       }
+      const DriveColumns columns{
+          .mode = DriveMode::kServo, .targets = targets, .stiffness = stiffness, .damping = damping};
+      batch.commands.set_drives(ids, columns);
       batch.ticks = 1;
       const auto joints = batch.queries.joint_states();
       const absl::StatusOr<Answers> answers = client().run(batch);
       if (!answers.ok()) return answers.status();
-      if ((*answers)[joints].size() != batch.commands.size())
+      if ((*answers)[joints].size() != ids.size())
         return absl::InternalError("a joint is missing in lock step");
       tick = answers->tick();
       return absl::OkStatus();
