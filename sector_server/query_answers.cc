@@ -47,15 +47,14 @@ Geometry checked_probe(const v1::Geometry& geometry) {
 }
 
 // As for a body.
-absl::Status check_probe(const v1::Geometry& geometry, const v1::WorldPose& pose, double sector_size) {
+absl::Status check_probe(const v1::Geometry& geometry, const v1::WorldPose& pose,
+                         const WorldSettings& settings) {
   const absl::StatusOr<Shape> shape = probe_of(geometry);
   if (!shape.ok()) return shape.status();
   BodyDescription probe;
   probe.name = "probe";
   probe.properties.motion = Motion::kKinematic;
   probe.pose = from_proto(pose);
-  WorldSettings settings;
-  settings.sector_size = sector_size;
   return validate(probe, *shape, settings);
 }
 
@@ -89,7 +88,7 @@ absl::Status check_rays(const v1::RaysQuery& query) {
   return absl::OkStatus();
 }
 
-absl::Status check_query(const v1::Query& query, double sector_size) {
+absl::Status check_query(const v1::Query& query, const WorldSettings& settings) {
   switch (query.kind_case()) {
     case v1::Query::kRay:
       if (absl::Status status = finite("origin", from_proto(query.ray().origin()).local); !status.ok())
@@ -99,17 +98,17 @@ absl::Status check_query(const v1::Query& query, double sector_size) {
     case v1::Query::kRays:
       return check_rays(query.rays());
     case v1::Query::kSweep:
-      if (absl::Status status = check_probe(query.sweep().probe(), query.sweep().pose(), sector_size);
+      if (absl::Status status = check_probe(query.sweep().probe(), query.sweep().pose(), settings);
           !status.ok())
         return status;
       if (absl::Status status = check_except(query.sweep()); !status.ok()) return status;
       return check_way(from_proto(query.sweep().direction()), query.sweep().length());
     case v1::Query::kNear:
-      if (absl::Status status = check_probe(query.near().probe(), query.near().pose(), sector_size);
+      if (absl::Status status = check_probe(query.near().probe(), query.near().pose(), settings);
           !status.ok())
         return status;
       if (absl::Status status = check_except(query.near()); !status.ok()) return status;
-      return bounded("reach", query.near().reach(), 0, kNearReachMax * sector_size, "m");
+      return bounded("reach", query.near().reach(), 0, kNearReachMax * settings.sector_size, "m");
     case v1::Query::kContacts:
       return check_ids("bodies that touch", query.contacts().bodies());
     case v1::Query::kStates:
@@ -342,7 +341,7 @@ std::vector<v1::SnapshotChunk> snapshot_chunks(const Partition& partition, bool 
 absl::Status QueryAnswers::check(const v1::Question& question) const {
   if (question.has_load()) return bounded("time ahead", question.load().ahead(), 0, kNoBound, "s");
   for (const v1::Query& query : question.queries().all()) {
-    if (absl::Status status = check_query(query, partition_.sector_size()); !status.ok()) return status;
+    if (absl::Status status = check_query(query, partition_.settings); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

@@ -108,6 +108,8 @@ def test_what_rests_in_a_ship_sleeps(client: tessera.Client) -> None:
     states = client.body_states()
     assert states.frames.tolist() == [1]
     assert states.asleep.all() and states.local[0] == pytest.approx([5, 0, 0.25], abs=1e-3)
+    (crate,) = client.near(tessera.WorldPosition((5, 0, 1.5), frame=1), reach=1.2)
+    assert crate.distance == pytest.approx(1, abs=1e-3)
     with client.watch_bodies(complete=True) as frames:
         client.step(65)
         frame = next(frame for frame in frames if frame.tick == 240)
