@@ -99,12 +99,15 @@ class Settings:
 
         tessera.Settings(sector_size=64, sleep_after=0, gravity=(0, 0, 0))
 
-    `gravity` is the same acceleration everywhere (m/s^2), or a planet's. `frames` are those that move. The others are the fields of
-    WorldSettings in proto/world.proto; worlds/README.md has their meanings, units and bounds. What is not
-    given has its default, which the cluster knows. Bounds are checked by the cluster, which names the field.
+    `gravity` is the same acceleration everywhere (m/s^2), or a planet's. `frames` are those that move. The
+    others are the fields of WorldSettings in proto/world.proto; worlds/README.md has their meanings, units and
+    bounds. What is not given has its default, which the cluster knows. Bounds are checked by the cluster,
+    which names the field.
 
     Raises ValueError for a name that is no setting, TypeError for a value of another kind.
     """
+
+    __slots__ = ("_message",)  # nothing that is set later would be heeded
 
     def __init__(
         self, gravity: VectorLike | CentralGravity = EARTH, frames: Sequence[MovingFrame] = (), **values: float
