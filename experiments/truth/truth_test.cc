@@ -55,6 +55,11 @@ TEST(TruthExperiment, BodiesThatCollideKeepTheirMomentum) {
   EXPECT_THAT(report.misses, testing::IsEmpty());
 }
 
+TEST(TruthExperiment, FramesThatMoveAreRight) {
+  const Report report = report_of("frames");
+  EXPECT_THAT(report.misses, testing::IsEmpty());
+}
+
 TEST(TruthExperiment, WhatIsNoNumberIsFarFromRight) {
   EXPECT_TRUE((Result{"", "", 1, 1.1, 0.11}).ok());
   EXPECT_FALSE((Result{"", "", 1, 1.2, 0.11}).ok());

@@ -77,10 +77,8 @@ bool Felt::is_as(const Felt& before) const {
          motion_.orientation.coeffs() == before.motion_.orientation.coeffs();
 }
 
-Vector3d Felt::coriolis(const Vector3d& velocity, const Vector3d& still) const {
-  const double dt = settings_->time_step;
-  const Vector3d before = velocity + still * (dt / 2);
-  return (coriolis_turn_ * before - before) / dt;
+Vector3d Felt::coriolis(const Vector3d& velocity) const {
+  return (coriolis_turn_ * velocity - velocity) / settings_->time_step;
 }
 
 Felt::Flight Felt::flight(const SectorIndex& home, const Vector3d& position, const Vector3d& velocity,

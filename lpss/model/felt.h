@@ -27,9 +27,9 @@ class Felt {
   bool turns() const { return turns_; }
 
   // The mean acceleration (m/s^2) by the Coriolis force in a tick, of a body with this velocity (m/s) at its
-  // beginning that feels `still` at rest. Half of that acts before velocity turns and half after (Boris,
-  // Relativistic plasma simulation, 1970), so that energy does not drift.
-  Eigen::Vector3d coriolis(const Eigen::Vector3d& velocity, const Eigen::Vector3d& still) const;
+  // beginning. It turns that velocity and does no work. What the body would gain in the tick by what it feels
+  // at rest does not count: a body that something holds does not gain it, and one that flies has flight().
+  Eigen::Vector3d coriolis(const Eigen::Vector3d& velocity) const;
 
   // A tick of a body that nothing pushes: straight on, or on a parabola, as seen from where nothing turns.
   struct Flight {

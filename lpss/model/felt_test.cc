@@ -51,7 +51,7 @@ TEST(Felt, ThrowsOutwardWhereTheFrameTurns) {
   const Felt felt(settings, 1, 0);
   EXPECT_EQ(felt.at({1, 0, 0, 1}, {4, 0, 1}, true), Vector3d(4 * 20, 0, 0));
   // To the right of whoever goes, seen along the spin.
-  const Vector3d coriolis = felt.coriolis({1, 0, 0}, Vector3d::Zero());
+  const Vector3d coriolis = felt.coriolis({1, 0, 0});
   EXPECT_NEAR(coriolis.y(), -2 * 2 * 1, 0.01);
   const double dt = settings.time_step;
   EXPECT_NEAR((Vector3d(1, 0, 0) + coriolis * dt).norm(), 1, 1e-15) << "its power is 0";

@@ -56,8 +56,8 @@ void feel(const Partition& partition, Sector& sector, const HomeBody& body) {
       axes * Vector3d(body.properties.inertia.data()).asDiagonal() * axes.transpose();
   const Felt::Flight flight = felt.flight(sector.index, position, velocity, has_gravity);
   sector.world->set_turning(
-      body.slot, {felt.coriolis(velocity, still),
-                  felt.torque(inertia, Vector3d(state.angular_velocity.data())), flight.way, flight.change});
+      body.slot, {felt.coriolis(velocity), felt.torque(inertia, Vector3d(state.angular_velocity.data())),
+                  flight.way, flight.change});
 }
 
 // m, from the surface of the region: above 0 outside of it.

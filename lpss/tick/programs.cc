@@ -292,8 +292,7 @@ void ProgramPhase::add(HomeBody& body) {
     const SectorIndex& home = body.sector->index;
     const Felt& felt = partition_.felt_in(home);
     running.gravity = felt.at(home, as_vector(running.state.position), true);
-    if (felt.turns())
-      running.gravity += felt.coriolis(as_vector(running.state.linear_velocity), running.gravity);
+    if (felt.turns()) running.gravity += felt.coriolis(as_vector(running.state.linear_velocity));
     running.start =
         metres_between(home, record.start_sector, partition_.sector_size()) + as_vector(record.start);
   }
