@@ -176,7 +176,8 @@ absl::StatusOr<std::vector<AskedPoint>> points_of(const v1::DynamicsQuery& query
   return points;
 }
 
-// Where the bodies are, relative to the sector of the first one. Nothing if one of them is not there.
+// Where the bodies are, relative to the sector of the first one. Nothing if one of them is not there or is in
+// another frame.
 std::optional<TreeDynamics> dynamics_of(const Assembly& assembly, std::span<const BodyRow> rows,
                                         const WorldSettings& settings) {
   const BodyRow* const first = row_of(rows, assembly.bodies.front());
@@ -185,7 +186,7 @@ std::optional<TreeDynamics> dynamics_of(const Assembly& assembly, std::span<cons
   std::vector<TreeBody> bodies;
   for (std::size_t n = 0; n < assembly.bodies.size(); ++n) {
     const BodyRow* const row = row_of(rows, assembly.bodies[n]);
-    if (row == nullptr) return std::nullopt;
+    if (row == nullptr || row->pose.position.sector.frame != sector.frame) return std::nullopt;
     const BodyProperties& properties = assembly.properties[n];
     TreeBody& body = bodies.emplace_back();
     body.mass = properties.mass;
@@ -202,11 +203,12 @@ std::optional<TreeDynamics> dynamics_of(const Assembly& assembly, std::span<cons
   JointSide ground;
   if (assembly.ground.value != 0) {
     const BodyRow* const row = row_of(rows, assembly.ground);
-    if (row == nullptr) return std::nullopt;
+    if (row == nullptr || row->pose.position.sector.frame != sector.frame) return std::nullopt;
     ground = side_of(*row, assembly.of_ground, sector, settings.sector_size);
   } else if (!assembly.floats) {
-    ground.pose.position =
-        metres_between(sector, assembly.joints.front().properties.anchor, settings.sector_size);
+    const SectorIndex& anchor = assembly.joints.front().properties.anchor;
+    if (anchor.frame != sector.frame) return std::nullopt;
+    ground.pose.position = metres_between(sector, anchor, settings.sector_size);
   }
   return TreeDynamics(bodies, tree, ground);
 }

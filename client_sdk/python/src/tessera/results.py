@@ -272,7 +272,7 @@ class Dynamics:
     joints: Ids  # [j], from the base on, each after that of its parent, else ascending
     freedoms: Integers  # [j], of each joint, 0 to 3
     velocities: Floats  # [d]
-    bias: Floats  # [d], efforts without which nothing accelerates: gravity, Coriolis; N m or N
+    bias: Floats  # [d], without which nothing accelerates: gravity (not what frames add), Coriolis; N m or N
     efforts: Floats  # [d], for the accelerations that were given
     mass_matrix: Floats  # [d, d]
     jacobians: Floats  # [points, 6, d]: the velocity of the point, then the angular velocity; world axes
