@@ -35,13 +35,17 @@ BodyDescription& add_body(WorldBuilder& builder, const std::string& name, Geomet
   return body;
 }
 
-Scene program_scene(const std::string& name, double seconds) {
+Scene scene_without_bullet(const std::string& group, const std::string& name, double seconds) {
   Scene scene;
-  scene.group = "programs";
+  scene.group = group;
   scene.name = name;
   scene.seconds = seconds;
   scene.in_bullet = false;
   return scene;
+}
+
+Scene program_scene(const std::string& name, double seconds) {
+  return scene_without_bullet("programs", name, seconds);
 }
 
 }  // namespace tessera::truth

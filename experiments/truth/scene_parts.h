@@ -23,7 +23,9 @@ WorldBuilder on_plane(const WorldSettings& settings, double friction, double res
 BodyDescription& add_body(WorldBuilder& builder, const std::string& name, Geometry geometry, double mass,
                           const Eigen::Vector3d& place, double friction, double restitution = 0);
 
-// A scene of the group `programs`, which Bullet does not have.
+// A scene of what Bullet does not have.
+Scene scene_without_bullet(const std::string& group, const std::string& name, double seconds);
+// Likewise, of the group `programs`.
 Scene program_scene(const std::string& name, double seconds = 10);
 
 }  // namespace tessera::truth

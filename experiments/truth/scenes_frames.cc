@@ -12,12 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 Scene frame_scene(const std::string& name, double seconds) {
-  Scene scene;
-  scene.group = "frames";
-  scene.name = name;
-  scene.seconds = seconds;
-  scene.in_bullet = false;
-  return scene;
+  return scene_without_bullet("frames", name, seconds);
 }
 
 // All of it in a frame at 7.8 km/s.

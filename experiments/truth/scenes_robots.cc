@@ -164,12 +164,7 @@ Scene steers(Tread tread) {
 }
 
 Scene joint_scene(const std::string& name, double seconds) {
-  Scene scene;
-  scene.group = "joints";
-  scene.name = name;
-  scene.seconds = seconds;
-  scene.in_bullet = false;
-  return scene;
+  return scene_without_bullet("joints", name, seconds);
 }
 
 // m g = (m + armature) a
