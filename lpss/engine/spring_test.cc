@@ -40,6 +40,21 @@ class PacedTest : public testing::TestWithParam<Pace> {
     return settings;
   }
 
+  // From rest at 0 about 0.3, at this angular frequency (rad/s). Velocities lead positions by half a step:
+  // angular frequency * step / 2 is the phase that this makes, and steps have a period that is longer by
+  // (angular frequency * step)^2 / 12.
+  static void expect_swing(JointScene& scene, std::size_t joint, double rate) {
+    const double z = rate * step() * rate * step();
+    double time = 0;
+    for (int tick = 0; tick < std::lround(3 / GetParam().dt); ++tick) {
+      scene.step();
+      time += GetParam().dt;
+      const double bound = 0.3 * (rate * step() / 2 + rate * time * z / 12 + z);
+      ASSERT_NEAR(scene.joint_state(joint).position[0], 0.3 * (1 - std::cos(rate * time)), bound + 1e-4)
+          << time;
+    }
+  }
+
   // A link of 1 kg that turns about its own centre, or slides, without gravity.
   std::size_t add_free(JointType type, std::uint64_t id = kLink) {
     scene_.add(ghost(id, {0, 0, 0}), 0, kNoGravity);
@@ -54,8 +69,6 @@ class PacedTest : public testing::TestWithParam<Pace> {
   JointScene scene_;
 };
 
-// Velocities lead positions by half a step: angular frequency * step / 2 is the phase that this makes, and
-// steps have a period that is longer by (angular frequency * step)^2 / 12.
 TEST_P(PacedTest, SpringSwingsByTheBook) {
   const double rate = 2 * pi;  // rad/s: a period of 1 s
   for (const JointType type : {JointType::kRevolute, JointType::kPrismatic}) {
@@ -65,15 +78,7 @@ TEST_P(PacedTest, SpringSwingsByTheBook) {
     const double mass = type == JointType::kRevolute ? kSpin : 1;
     scene.axis(joint).spring_stiffness = rate * rate * mass;
     scene.axis(joint).spring_reference = 0.3;
-    const double z = rate * step() * rate * step();
-    double time = 0;
-    for (int tick = 0; tick < std::lround(3 / GetParam().dt); ++tick) {
-      scene.step();
-      time += GetParam().dt;
-      const double bound = 0.3 * (rate * step() / 2 + rate * time * z / 12 + z);
-      ASSERT_NEAR(scene.joint_state(joint).position[0], 0.3 * (1 - std::cos(rate * time)), bound + 1e-4)
-          << time;
-    }
+    expect_swing(scene, joint, rate);
   }
 }
 
@@ -268,14 +273,7 @@ TEST_P(PacedTest, ArmatureSlowsASwing) {
   scene_.axis(joint).armature = 2 * kSpin;
   scene_.axis(joint).spring_stiffness = rate * rate * 3 * kSpin;
   scene_.axis(joint).spring_reference = 0.3;
-  const double z = rate * step() * rate * step();
-  double time = 0;
-  for (int tick = 0; tick < std::lround(3 / GetParam().dt); ++tick) {
-    scene_.step();
-    time += GetParam().dt;
-    const double bound = 0.3 * (rate * step() / 2 + rate * time * z / 12 + z);
-    ASSERT_NEAR(position(), 0.3 * (1 - std::cos(rate * time)), bound + 1e-4) << time;
-  }
+  expect_swing(scene_, joint, rate);
 }
 
 TEST_P(PacedTest, ArmatureSlowsAServo) {
