@@ -253,9 +253,13 @@ template <typename Archive, Is<ProgramAct> T>
 void describe(Archive& archive, T& x) {
   archive(x.by, x.program, x.command);
 }
+template <typename Archive, Is<Crossing> T>
+void describe(Archive& archive, T& x) {
+  archive(x.island, x.bodies, x.to, x.jumps);
+}
 template <typename Archive, Is<ProgramActs> T>
 void describe(Archive& archive, T& x) {
-  archive(x.acts);
+  archive(x.acts, x.crossings);
 }
 
 // Commands describe themselves.

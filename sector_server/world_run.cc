@@ -183,8 +183,9 @@ absl::Status WorldRun::follow(const v1::Grant& grant) {
   const absl::StatusOr<std::vector<Command>> commands = unpack_commands(grant.commands());
   if (!commands.ok()) return commands.status();
   if (absl::Status status = check(*partition_, *commands); !status.ok()) return status;
+  std::vector<Exchange> nobody(partition_->map.servers());
   std::vector<Stopped> stopped;
-  apply_commands(*partition_, *commands, stopped);
+  apply_commands(*partition_, *commands, nobody, stopped);
   tick_ += grant.ticks();
   return absl::OkStatus();
 }

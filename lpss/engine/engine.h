@@ -425,6 +425,12 @@ class Engine {
   // Whether import_manifold() can read it: an engine of this kind and precision has written it.
   virtual bool can_read(const ManifoldState& manifold) const = 0;
 
+  // The contact points of a pair along other axes, to which `turn` turns vectors; without points where the
+  // engine cannot.
+  virtual ManifoldState turned(const ManifoldState& manifold, const Eigen::Matrix3d& /*turn*/) const {
+    return {manifold.a, manifold.b, {}};
+  }
+
   // Sets whether two bodies collide with each other, in every world; joints use it to exclude their bodies.
   // Must not be called during a detection. Takes effect with the next detection.
   virtual void set_apart(BodyId a, BodyId b, bool apart) = 0;

@@ -58,7 +58,8 @@ struct SetForce {
 // At once, without passing the way between; velocities are set too, but for those that are kept. With
 // `keeps_rotation` the position is that of the body frame, since where the centre of mass comes to depends on
 // how the body is turned. With `keeps_contacts`, a body that stays in its sector keeps the points of its
-// contacts, with their impulses, as far as it still touches there.
+// contacts, with their impulses, as far as it still touches there; bodies that go to another frame keep those
+// with one another.
 struct Teleport {
   BodyId id;
   SectorIndex home;

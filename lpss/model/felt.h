@@ -23,6 +23,9 @@ class Felt {
   // neither turns nor accelerates. Without gravity for a body that has none.
   Eigen::Vector3d at(const SectorIndex& home, const Eigen::Vector3d& position, bool has_gravity) const;
 
+  // From the frame's axes to the world's.
+  Eigen::Quaterniond orientation() const { return motion_.orientation; }
+
   // Whether bodies feel more by how they move.
   bool turns() const { return turns_; }
 

@@ -68,20 +68,18 @@ void follow_legs(const MovingFrame& frame, double time, FrameMotion& motion) {
   motion.way += motion.velocity * left;
 }
 
-const MovingFrame& frame_of(const WorldSettings& settings, FrameNumber number) {
-  return settings.frames[number - 1];
-}
-
-// Lengths that grow with time are taken into sectors before anything near the origin is added.
-absl::StatusOr<WorldPosition> origin_of(const MovingFrame& frame, const FrameMotion& motion,
-                                        double sector_size) {
-  const WorldPosition& start = frame.start.position;
-  return canonical(start.sector, start.local + motion.way, sector_size);
-}
-
 Vector3d numbers_in(const std::array<double, 3>& numbers) { return Vector3d(numbers.data()); }
 Eigen::Map<Vector3d> numbers_in(std::array<double, 3>& numbers) {
   return Eigen::Map<Vector3d>(numbers.data());
+}
+
+absl::StatusOr<WorldPose> pose_from(const FramePlace& place, const WorldPose& pose, double sector_size) {
+  const SectorIndex middle{0, 0, 0, pose.position.sector.frame};
+  const Vector3d from_origin = relative_to(pose.position, middle, sector_size);
+  const absl::StatusOr<WorldPosition> position =
+      canonical(place.origin.sector, place.origin.local + place.orientation * from_origin, sector_size);
+  if (!position.ok()) return position.status();
+  return WorldPose{*position, (place.orientation * pose.orientation).normalized()};
 }
 
 }  // namespace
@@ -107,17 +105,21 @@ Vector3d place_in_frame(const FramedBody& body, double sector_size) {
   return metres_between({0, 0, 0, body.home.frame}, body.home, sector_size) + numbers_in(body.state.position);
 }
 
-absl::StatusOr<WorldPose> pose_in_world(const WorldSettings& settings, double time, const WorldPose& pose) {
-  const FrameNumber number = pose.position.sector.frame;
-  const MovingFrame& frame = frame_of(settings, number);
+// Lengths that grow with time are taken into sectors before anything near the origin is added.
+absl::StatusOr<FramePlace> frame_place(const WorldSettings& settings, FrameNumber number, double time) {
+  const MovingFrame& frame = settings.frames[number - 1];
   const FrameMotion motion = motion_at(settings, frame, time);
-  const absl::StatusOr<WorldPosition> origin = origin_of(frame, motion, settings.sector_size);
+  const WorldPosition& start = frame.start.position;
+  const absl::StatusOr<WorldPosition> origin =
+      canonical(start.sector, start.local + motion.way, settings.sector_size);
   if (!origin.ok()) return origin.status();
-  const Vector3d place = relative_to(pose.position, {0, 0, 0, number}, settings.sector_size);
-  const absl::StatusOr<WorldPosition> position =
-      canonical(origin->sector, origin->local + motion.orientation * place, settings.sector_size);
-  if (!position.ok()) return position.status();
-  return WorldPose{*position, (motion.orientation * pose.orientation).normalized()};
+  return FramePlace{*origin, motion.orientation, motion.velocity, frame.spin};
+}
+
+absl::StatusOr<WorldPose> pose_in_world(const WorldSettings& settings, double time, const WorldPose& pose) {
+  const absl::StatusOr<FramePlace> place = frame_place(settings, pose.position.sector.frame, time);
+  if (!place.ok()) return place.status();
+  return pose_from(*place, pose, settings.sector_size);
 }
 
 absl::StatusOr<WorldPose> pose_in_frame(const WorldSettings& settings, double time, const WorldPose& pose,
@@ -131,49 +133,44 @@ absl::StatusOr<WorldPose> pose_in_frame(const WorldSettings& settings, double ti
   FramedBody body{outside->position.sector, {}};
   numbers_in(body.state.position) = outside->position.local;
   body.state.rotation = rotation_of(outside->orientation);
-  const absl::StatusOr<FramedBody> inside = into_frame(settings, frame, time, body);
+  const absl::StatusOr<FramePlace> place = frame_place(settings, frame, time);
+  if (!place.ok()) return place.status();
+  const absl::StatusOr<FramedBody> inside = into_frame(*place, frame, body, settings.sector_size);
   if (!inside.ok()) return inside.status();
   return WorldPose{{inside->home, numbers_in(inside->state.position)}, quaternion_of(inside->state)};
 }
 
-absl::StatusOr<FramedBody> out_of_frame(const WorldSettings& settings, double time, const FramedBody& body) {
-  const MovingFrame& frame = frame_of(settings, body.home.frame);
-  const FrameMotion motion = motion_at(settings, frame, time);
-  const absl::StatusOr<WorldPose> pose = pose_in_world(
-      settings, time, {{body.home, numbers_in(body.state.position)}, quaternion_of(body.state)});
+absl::StatusOr<FramedBody> out_of_frame(const FramePlace& place, const FramedBody& body, double sector_size) {
+  const absl::StatusOr<WorldPose> pose = pose_from(
+      place, {{body.home, numbers_in(body.state.position)}, quaternion_of(body.state)}, sector_size);
   if (!pose.ok()) return pose.status();
-  const Vector3d place = motion.orientation * place_in_frame(body, settings.sector_size);
+  const Vector3d from_origin = place.orientation * place_in_frame(body, sector_size);
   FramedBody result{pose->position.sector, body.state};
   BodyState& state = result.state;
   numbers_in(state.position) = pose->position.local;
   state.rotation = rotation_of(pose->orientation);
-  numbers_in(state.linear_velocity) =
-      motion.velocity + frame.spin.cross(place) + motion.orientation * numbers_in(body.state.linear_velocity);
+  numbers_in(state.linear_velocity) = place.velocity + place.spin.cross(from_origin) +
+                                      place.orientation * numbers_in(body.state.linear_velocity);
   numbers_in(state.angular_velocity) =
-      frame.spin + motion.orientation * numbers_in(body.state.angular_velocity);
+      place.spin + place.orientation * numbers_in(body.state.angular_velocity);
   state.velocities_before.reset();
   return result;
 }
 
-absl::StatusOr<FramedBody> into_frame(const WorldSettings& settings, FrameNumber number, double time,
-                                      const FramedBody& body) {
-  const MovingFrame& frame = frame_of(settings, number);
-  const FrameMotion motion = motion_at(settings, frame, time);
-  const absl::StatusOr<WorldPosition> origin = origin_of(frame, motion, settings.sector_size);
-  if (!origin.ok()) return origin.status();
-  const Eigen::Quaterniond back = motion.orientation.conjugate();
-  const Vector3d outside = metres_between(origin->sector, body.home, settings.sector_size) +
-                           (numbers_in(body.state.position) - origin->local);
-  const absl::StatusOr<WorldPosition> position =
-      canonical({0, 0, 0, number}, back * outside, settings.sector_size);
+absl::StatusOr<FramedBody> into_frame(const FramePlace& place, FrameNumber number, const FramedBody& body,
+                                      double sector_size) {
+  const Eigen::Quaterniond back = place.orientation.conjugate();
+  const Vector3d outside = metres_between(place.origin.sector, body.home, sector_size) +
+                           (numbers_in(body.state.position) - place.origin.local);
+  const absl::StatusOr<WorldPosition> position = canonical({0, 0, 0, number}, back * outside, sector_size);
   if (!position.ok()) return position.status();
   FramedBody result{position->sector, body.state};
   BodyState& state = result.state;
   numbers_in(state.position) = position->local;
   state.rotation = rotation_of((back * quaternion_of(body.state)).normalized());
   numbers_in(state.linear_velocity) =
-      back * Vector3d(numbers_in(body.state.linear_velocity) - motion.velocity - frame.spin.cross(outside));
-  numbers_in(state.angular_velocity) = back * Vector3d(numbers_in(body.state.angular_velocity) - frame.spin);
+      back * Vector3d(numbers_in(body.state.linear_velocity) - place.velocity - place.spin.cross(outside));
+  numbers_in(state.angular_velocity) = back * Vector3d(numbers_in(body.state.angular_velocity) - place.spin);
   state.velocities_before.reset();
   return result;
 }

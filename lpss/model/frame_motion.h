@@ -25,11 +25,23 @@ struct FrameMotion {
 // the change of the eccentric anomaly).
 FrameMotion motion_at(const WorldSettings& settings, const MovingFrame& frame, double time);
 
-// Where what is in a frame that moves at `pose`, a pose in its sectors, is in the world frame at that time.
-// OUT_OF_RANGE where that is beyond the 64-bit range of sectors.
+// Where a frame that moves is at one time, in the world frame.
+struct FramePlace {
+  WorldPosition origin;
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // from the frame's axes
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();               // m/s, of the origin
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();                   // rad/s
+};
+
+// `frame` is one of the world's frames that move. OUT_OF_RANGE where it is beyond the 64-bit range of
+// sectors.
+absl::StatusOr<FramePlace> frame_place(const WorldSettings& settings, FrameNumber frame, double time);
+
+// The pose in the world frame of what is at `pose`, in sectors of a frame that moves. Errors as
+// frame_place().
 absl::StatusOr<WorldPose> pose_in_world(const WorldSettings& settings, double time, const WorldPose& pose);
 
-// A pose in sectors of any frame, in those of `frame` at that time. Errors as pose_in_world(), and NOT_FOUND
+// A pose in sectors of any frame, in those of `frame` at that time. Errors as frame_place(), and NOT_FOUND
 // for a frame that the world does not have.
 absl::StatusOr<WorldPose> pose_in_frame(const WorldSettings& settings, double time, const WorldPose& pose,
                                         FrameNumber frame);
@@ -40,10 +52,11 @@ struct FramedBody {
   BodyState state;
 };
 
-// The same body in sectors of the world frame, and of that frame, at that time. Errors as pose_in_world().
-absl::StatusOr<FramedBody> out_of_frame(const WorldSettings& settings, double time, const FramedBody& body);
-absl::StatusOr<FramedBody> into_frame(const WorldSettings& settings, FrameNumber number, double time,
-                                      const FramedBody& body);
+// A body of the frame that is at `place`, in sectors of the world frame; and one of the world frame, in
+// sectors of that frame, which is `number`. OUT_OF_RANGE beyond the 64-bit range of sectors.
+absl::StatusOr<FramedBody> out_of_frame(const FramePlace& place, const FramedBody& body, double sector_size);
+absl::StatusOr<FramedBody> into_frame(const FramePlace& place, FrameNumber number, const FramedBody& body,
+                                      double sector_size);
 
 // m, of a body from the origin of its frame.
 Eigen::Vector3d place_in_frame(const FramedBody& body, double sector_size);

@@ -108,6 +108,26 @@ void drop_predicted(Contact& contact) {
       contact.materials->begin() + static_cast<std::ptrdiff_t>(contact.patches.size()));
 }
 
+void turn_contact(const Matrix& turn, Contact& contact) {
+  const auto turn_surface = [&](ContactSurface& surface) {
+    for (Vector* v : {&surface.direction, &surface.velocity, &surface.running}) *v = turn * *v;
+  };
+  for (ContactPatch& patch : contact.patches) {
+    for (Vector* v : {&patch.normal, &patch.friction_impulse, &patch.rolling_impulse}) *v = turn * *v;
+  }
+  if (contact.surface) {
+    ContactSurface surface = *contact.surface;
+    turn_surface(surface);
+    contact.surface = std::make_shared<const ContactSurface>(surface);
+  }
+  if (!contact.materials) return;
+  std::vector<ContactMaterial> materials = *contact.materials;
+  for (ContactMaterial& material : materials) {
+    if (material.surface) turn_surface(*material.surface);
+  }
+  contact.materials = std::make_shared<const std::vector<ContactMaterial>>(std::move(materials));
+}
+
 std::string encode(const Contact& contact) {
   std::string bytes;
   const ByteWriter write(bytes);

@@ -83,6 +83,9 @@ void drop_predicted(Contact& contact);
 // Forgets what it bore: the next tick starts as if the contact had just begun.
 void drop_impulses(Contact& contact);
 
+// All that is along the world's axes, along others.
+void turn_contact(const Matrix& turn, Contact& contact);
+
 // Equal contacts give equal bytes. decode() returns false if the bytes are not output of encode() in this
 // precision.
 std::string encode(const Contact& contact);

@@ -37,6 +37,13 @@ bool NativeEngine::can_read(const ManifoldState& manifold) const {
   return decode(manifold.points, contact);
 }
 
+ManifoldState NativeEngine::turned(const ManifoldState& manifold, const Eigen::Matrix3d& turn) const {
+  Contact contact;
+  require(decode(manifold.points, contact), "contact points must come from an engine of the same precision");
+  turn_contact(turn.cast<Scalar>(), contact);
+  return {manifold.a, manifold.b, encode(contact)};
+}
+
 }  // namespace tessera::native
 
 // The two symbols of the module. The first tells which classes of the engine it was built with.

@@ -28,6 +28,7 @@ class NativeEngine final : public Engine {
   std::unique_ptr<StagedSolver> make_staged_solver() override;
   std::unique_ptr<WholeWorld> make_whole_world() override { return nullptr; }
   bool can_read(const ManifoldState& manifold) const override;
+  ManifoldState turned(const ManifoldState& manifold, const Eigen::Matrix3d& turn) const override;
   void set_apart(BodyId a, BodyId b, bool apart) override { apart_.set(a, b, apart); }
   bool are_apart(BodyId a, BodyId b) const { return apart_.contains(a, b); }
 

@@ -168,6 +168,12 @@ void mark_dirty(HomeBody& body) {
   attend(body);
 }
 
+void wake_home(Partition& partition, HomeBody& body) {
+  if (body.properties.motion == Motion::kDynamic) body.sector->world->wake(body.slot);
+  mark_dirty(body);
+  activate(partition, *body.sector);
+}
+
 std::size_t body_count(const Partition& partition) {
   return partition.bodies.size() + partition.packed.counts().bodies;
 }

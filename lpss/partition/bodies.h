@@ -48,6 +48,8 @@ BodyRecord record_of(const HomeBody& body);
 void attend(HomeBody& body);
 // Has the next exchange tell its state to those who know it.
 void mark_dirty(HomeBody& body);
+// Has the next tick look at a body, awake if it is dynamic, and others hear of it.
+void wake_home(Partition& partition, HomeBody& body);
 
 // All that live in the partition's sectors, packed or not.
 std::size_t body_count(const Partition& partition);

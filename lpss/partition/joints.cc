@@ -166,10 +166,7 @@ void wake_jointed(Partition& partition, const JointTie& joint) {
   const auto wake = [&](BodyId id) {
     const auto found = partition.bodies.find(id);
     if (found == partition.bodies.end()) return;
-    HomeBody& body = *found->second;
-    if (body.properties.motion == Motion::kDynamic) body.sector->world->wake(body.slot);
-    mark_dirty(body);
-    activate(partition, *body.sector);
+    wake_home(partition, *found->second);
   };
   for_each_tied(partition.joints, joint, joint.child, wake);
   wake(joint.child);

@@ -21,7 +21,7 @@ std::vector<const SeamPart*> all_joined(const SeamPart& first, absl::flat_hash_s
   return members;
 }
 
-SeamIsland island_of(std::vector<const SeamPart*> members) {
+SeamIsland joined_from(std::vector<const SeamPart*> members) {
   std::sort(members.begin(), members.end(),
             [](const SeamPart* a, const SeamPart* b) { return a->said.first < b->said.first; });
   SeamIsland island;
@@ -118,13 +118,19 @@ std::vector<std::vector<const SeamPart*>> SeamGraph::parts_of_awake(
   return islands;
 }
 
+SeamIsland SeamGraph::island_of(const PartRef& ref) const {
+  const SeamPart& part = parts_of(ref.sector)[ref.part];
+  absl::flat_hash_set<const SeamPart*> seen = {&part};
+  return joined_from(all_joined(part, seen));
+}
+
 std::vector<SeamIsland> SeamGraph::awake_islands(std::span<const SectorIndex> awake) const {
   std::vector<SeamIsland> islands;
   absl::flat_hash_set<const SeamPart*> seen;
   for (const SectorIndex& sector : awake) {
     for (const SeamPart& part : parts_of(sector)) {
       if (part.is_alone() || !part.said.any_awake || !seen.insert(&part).second) continue;
-      islands.push_back(island_of(all_joined(part, seen)));
+      islands.push_back(joined_from(all_joined(part, seen)));
     }
   }
   std::sort(islands.begin(), islands.end(),

@@ -68,6 +68,9 @@ class SeamGraph {
   // that is alone.
   std::vector<SeamIsland> awake_islands(std::span<const SectorIndex> awake) const;
 
+  // The island of a part.
+  SeamIsland island_of(const PartRef& ref) const;
+
   // What was last reported of a sector.
   std::span<const SeamPart> parts_of(const SectorIndex& sector) const;
 

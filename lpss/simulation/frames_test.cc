@@ -9,69 +9,14 @@
 #include <vector>
 
 #include "lpss/base/rotation.h"
-#include "lpss/engine/test_world.h"
 #include "lpss/model/frame_motion.h"
-#include "lpss/simulation/example_worlds.h"
-#include "lpss/simulation/simulation.h"
-#include "lpss/simulation/test_runs.h"
+#include "lpss/simulation/frame_scenes.h"
 
 namespace tessera {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kPull = 9.81;  // m/s^2
-
-WorldSettings settings_of(double sector_size, const Vector3d& gravity = {0, 0, -kPull}) {
-  WorldSettings settings = sectors_of(sector_size);
-  settings.precision = engine_tests::test_precision;
-  settings.gravity = UniformGravity{gravity};
-  return settings;
-}
-
-MovingFrame frame_at(const Vector3d& velocity, const Vector3d& spin = Vector3d::Zero()) {
-  MovingFrame frame;
-  frame.name = "ship";
-  frame.start.position.sector = {5, -3, 1 << 20};
-  frame.velocity = velocity;
-  frame.spin = spin;
-  return frame;
-}
-
-std::unique_ptr<Simulation> simulation_of(const WorldDescription& world) {
-  auto simulation = Simulation::create(world);
-  EXPECT_TRUE(simulation.ok()) << simulation.status();
-  return std::move(*simulation);
-}
-
-BodyRecord body_of(const Simulation& simulation, std::uint64_t id) {
-  std::optional<BodyRecord> found;
-  simulation.for_each_body([&](const BodyRecord& body) {
-    if (body.id.value == id) found = body;
-  });
-  EXPECT_TRUE(found);
-  return found.value_or(BodyRecord{});
-}
-
-// m, from the origin of the frame that the body is in.
-Vector3d place_of(const Simulation& simulation, const BodyRecord& body) {
-  return metres_between({0, 0, 0, body.home.frame}, body.home, simulation.partition().sector_size()) +
-         Vector3d(body.state.position.data());
-}
-
-std::vector<WorldHash> hashes_of(const WorldDescription& world, std::uint32_t partitions, int ticks) {
-  return run(world, partitions, /*threads=*/1, ticks);
-}
-
-// All bodies of a world to those of another one.
-void add_all(const WorldDescription& from, WorldDescription& to) {
-  const auto shapes = static_cast<ShapeId>(to.shapes.size());
-  to.shapes.insert(to.shapes.end(), from.shapes.begin(), from.shapes.end());
-  for (BodyDescription body : from.bodies) {
-    body.properties.shape += shapes;
-    to.bodies.push_back(std::move(body));
-  }
-}
+using namespace frame_scenes;
 
 WorldDescription busy_world() {
   WorldDescription world = pile_world(settings_of(8), 40);
@@ -164,17 +109,6 @@ class Train {
   WorldDescription world;
 };
 
-int asleep(const Simulation& simulation) {
-  int count = 0;
-  simulation.for_each_body(
-      [&](const BodyRecord& body) { count += body.state.activity == Activity::kAsleep ? 1 : 0; });
-  return count;
-}
-
-void run_for(Simulation& simulation, double seconds) {
-  for (long tick = 0; tick < std::lround(seconds / simulation.partition().dt()); ++tick) simulation.step();
-}
-
 TEST(Frames, WhatRestsSleepsUntilTheTrainBrakes) {
   const auto train = simulation_of(Train(2, 0.5).world);
   run_for(*train, 3.9);
@@ -211,108 +145,6 @@ TEST(Frames, ASnapshotGoesOnWithTheSameBits) {
     (*again)->step();
     ASSERT_EQ(train->hash(), (*again)->hash()) << tick;
   }
-}
-
-// A train at 30 m/s over a plain, and a ball.
-WorldDescription train_and_ball(const Vector3d& place, const Vector3d& velocity, bool aboard_train) {
-  MovingFrame frame;
-  frame.name = "train";
-  frame.start.position = *canonical({}, {-40, 3, 2}, 16);
-  frame.velocity = {30, 0, 0};
-  frame.region = FrameRegion{{0, 0, 2}, {30, 6, 5}};
-  WorldBuilder inside(settings_of(16));
-  inside.add("floor", inside.shape(Box{{30, 6, 1}}), 1, {0, 0, -0.5}, Motion::kStatic);
-  WorldBuilder outside(settings_of(16));
-  outside.add("ground", outside.shape(Plane{}), 1, {0, 0, 0}, Motion::kStatic);
-  WorldBuilder& with_ball = aboard_train ? inside : outside;
-  with_ball.add("ball", with_ball.shape(Sphere{0.2}), 1, place).linear_velocity = velocity;
-  WorldDescription world = aboard(frame, inside.world());
-  add_all(outside.world(), world);
-  return world;
-}
-
-BodyRecord ball_of(const Simulation& simulation) {
-  std::optional<BodyRecord> ball;
-  simulation.for_each_body([&](const BodyRecord& body) { ball = body; });
-  return ball.value_or(BodyRecord{});
-}
-
-// m, from the origin of the world.
-Vector3d seen_from_outside(const Simulation& simulation, const BodyRecord& body) {
-  const WorldSettings& settings = simulation.partition().settings;
-  const double time = static_cast<double>(simulation.tick()) * settings.time_step;
-  WorldPosition place{body.home, Vector3d(body.state.position.data())};
-  if (body.home.frame != kWorldFrame) {
-    place = pose_in_world(settings, time, {place, Eigen::Quaterniond::Identity()})->position;
-  }
-  return relative_to(place, {}, settings.sector_size);
-}
-
-TEST(Crossings, ABallThrownFromATrainFliesOn) {
-  const Vector3d place(2, 0, 1);
-  const Vector3d velocity(1, 4, 3);
-  const WorldDescription world = train_and_ball(place, velocity, /*aboard_train=*/true);
-  const auto simulation = simulation_of(world);
-  const Vector3d start = Vector3d(-40, 3, 2) + place;
-  bool was_aboard = true;
-  int crossings = 0;
-  for (int tick = 1; tick <= 60; ++tick) {
-    simulation->step();
-    const double time = tick * simulation->partition().dt();
-    const BodyRecord ball = ball_of(*simulation);
-    const bool is_aboard = ball.home.frame != kWorldFrame;
-    crossings += is_aboard != was_aboard ? 1 : 0;
-    was_aboard = is_aboard;
-    const Vector3d right =
-        start + (velocity + Vector3d(30, 0, 0)) * time - Vector3d(0, 0, kPull) * (time * time / 2);
-    EXPECT_LT((seen_from_outside(*simulation, ball) - right).norm(), 1e-4) << tick;
-  }
-  EXPECT_FALSE(was_aboard);
-  EXPECT_EQ(crossings, 1);
-}
-
-TEST(Crossings, ABallThatFallsIntoATrainRestsInIt) {
-  const auto simulation = simulation_of(train_and_ball({-41, 3, 9}, {30, 0, 0}, /*aboard_train=*/false));
-  run_for(*simulation, 12);
-  const BodyRecord ball = ball_of(*simulation);
-  EXPECT_EQ(ball.home.frame, 1u);
-  EXPECT_LT((place_of(*simulation, ball) - Vector3d(-1, 0, 0.2)).norm(), 0.05);
-  EXPECT_EQ(ball.state.activity, Activity::kAsleep);
-}
-
-TEST(Crossings, BitsDoNotDependOnServers) {
-  for (const bool aboard_train : {true, false}) {
-    const WorldDescription world = aboard_train ? train_and_ball({2, 0, 1}, {1, 4, 3}, true)
-                                                : train_and_ball({-41, 3, 9}, {30, 0, 0}, false);
-    const std::vector<WorldHash> one = hashes_of(world, 1, 200);
-    for (const std::uint32_t partitions : {2u, 4u})
-      EXPECT_EQ(first_difference(one, hashes_of(world, partitions, 200)), one.size()) << partitions;
-  }
-}
-
-// Two that turn, and all that goes between them.
-TEST(Crossings, AndBackIsWhereItWas) {
-  MovingFrame frame = frame_at({7.8e3, -20, 3}, {0.1, 0.2, -0.3});
-  frame.start.orientation = rotation_by({0.3, 2, -1});
-  BodyState state;
-  state.position = {1, -2, 3};
-  state.rotation = rotation_of(rotation_by({1, 2, 0.5}));
-  state.linear_velocity = {5, 4, 3};
-  state.angular_velocity = {0.1, 0.2, 0.3};
-  WorldSettings settings = settings_of(16);
-  settings.frames = {frame};
-  const FramedBody inside{{7, 8, 9, 1}, state};
-  const absl::StatusOr<FramedBody> outside = out_of_frame(settings, 3600, inside);
-  ASSERT_TRUE(outside.ok());
-  const absl::StatusOr<FramedBody> again = into_frame(settings, 1, 3600, *outside);
-  ASSERT_TRUE(again.ok());
-  EXPECT_EQ(again->home, inside.home);
-  for (int n = 0; n < 3; ++n) {
-    EXPECT_NEAR(again->state.position[n], state.position[n], 1e-8);
-    EXPECT_NEAR(again->state.linear_velocity[n], state.linear_velocity[n], 1e-11);
-    EXPECT_NEAR(again->state.angular_velocity[n], state.angular_velocity[n], 1e-15);
-  }
-  for (int n = 0; n < 9; ++n) EXPECT_NEAR(again->state.rotation[n], state.rotation[n], 1e-15);
 }
 
 // A wheel in space, without gravity, that turns about y.

@@ -141,9 +141,9 @@ class Commands {
     std::visit([this](const auto& c) { carry_out(c); }, command);
   }
 
-  std::vector<HomeChange> end() {
+  std::vector<HomeChange> end(std::vector<Exchange>& outbox) {
     push_lasting();
-    return landings_.carry_out_all(partition_);
+    return landings_.carry_out_all(partition_, outbox);
   }
 
  private:
@@ -286,13 +286,13 @@ void mark_all_dirty(Partition& partition) {
 }  // namespace
 
 std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands,
-                                       std::vector<Stopped>& stopped) {
+                                       std::vector<Exchange>& outbox, std::vector<Stopped>& stopped) {
   const double radius_max = partition.radius_max;
   halt_led(partition);
   Commands applied(partition, stopped);
   for (const Command& command : commands) applied.apply(command);
   if (partition.radius_max > radius_max) mark_all_dirty(partition);
-  return applied.end();
+  return applied.end(outbox);
 }
 
 }  // namespace tessera

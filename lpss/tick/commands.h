@@ -13,8 +13,9 @@ namespace tessera {
 
 // Every server sees every command: the one that hosts the body carries it out, and those that know it as a
 // replica forget what no longer holds. Returns the bodies that are elsewhere from now on, for change_homes().
-// Appends those that a command would have taken out of all range, and that stay where they are.
+// Appends those that a command would have taken out of all range, and that stay where they are; and to the
+// outbox the contacts of bodies that change frames together.
 std::vector<HomeChange> apply_commands(Partition& partition, std::span<const Command> commands,
-                                       std::vector<Stopped>& stopped);
+                                       std::vector<Exchange>& outbox, std::vector<Stopped>& stopped);
 
 }  // namespace tessera

@@ -27,8 +27,9 @@ void settle_down(Partition& partition) {
 
 // Of commands that stop no body.
 std::vector<HomeChange> carried_out(Partition& partition, std::span<const Command> commands) {
+  std::vector<Exchange> outbox(1);
   std::vector<Stopped> stopped;
-  std::vector<HomeChange> changes = apply_commands(partition, commands, stopped);
+  std::vector<HomeChange> changes = apply_commands(partition, commands, outbox, stopped);
   EXPECT_TRUE(stopped.empty());
   return changes;
 }
@@ -148,7 +149,8 @@ TEST(Commands, NoneTakesABodyOutOfAllRange) {
   const std::vector<Command> commands{ApplyImpulse{BodyId{1}, {kImpulseMax, 0, 0}, {0, kLeverMax, 0}}, push,
                                       far};
   std::vector<Stopped> stopped;
-  EXPECT_TRUE(apply_commands(*partition, commands, stopped).empty());
+  std::vector<Exchange> outbox(1);
+  EXPECT_TRUE(apply_commands(*partition, commands, outbox, stopped).empty());
   ASSERT_EQ(stopped.size(), 3u);
   for (const std::size_t n : {0u, 1u, 2u}) {
     EXPECT_EQ(stopped[n].body, BodyId{n < 2 ? 1u : 2u});

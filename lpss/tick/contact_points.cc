@@ -15,16 +15,10 @@ namespace {
 
 bool by_index(const Sector* a, const Sector* b) { return a->index < b->index; }
 
-}  // namespace
-
-// Every server that detected
-// a pair with a moving body knows the homes of both: of its own bodies, and of replicas by the last exchange.
-void send_contact_points(Partition& partition, std::vector<Exchange>& outbox) {
-  if (partition.leaving.empty() && partition.moving_replicas.empty()) return;
-  absl::flat_hash_set<BodyId> moving(partition.leaving.begin(), partition.leaving.end());
-  moving.insert(partition.moving_replicas.begin(), partition.moving_replicas.end());
+// The sectors hosted here that may have contacts of these bodies, ascending.
+std::vector<Sector*> sectors_with(const Partition& partition, const absl::flat_hash_set<BodyId>& bodies) {
   std::vector<Sector*> concerned;
-  for (const BodyId id : moving) {
+  for (const BodyId id : bodies) {
     if (const auto body = partition.bodies.find(id); body != partition.bodies.end())
       concerned.push_back(body->second->sector);
     if (const auto replica = partition.replicas.find(id); replica != partition.replicas.end()) {
@@ -33,9 +27,19 @@ void send_contact_points(Partition& partition, std::vector<Exchange>& outbox) {
   }
   std::sort(concerned.begin(), concerned.end(), by_index);
   concerned.erase(std::unique(concerned.begin(), concerned.end()), concerned.end());
+  std::erase_if(concerned, [](const Sector* sector) { return !sector->world; });
+  return concerned;
+}
 
-  for (Sector* sector : concerned) {
-    if (!sector->world) continue;
+}  // namespace
+
+// Every server that detected
+// a pair with a moving body knows the homes of both: of its own bodies, and of replicas by the last exchange.
+void send_contact_points(Partition& partition, std::vector<Exchange>& outbox) {
+  if (partition.leaving.empty() && partition.moving_replicas.empty()) return;
+  absl::flat_hash_set<BodyId> moving(partition.leaving.begin(), partition.leaving.end());
+  moving.insert(partition.moving_replicas.begin(), partition.moving_replicas.end());
+  for (Sector* sector : sectors_with(partition, moving)) {
     send_overlaps(partition, *sector, moving, outbox);
     const std::span<const ContactPair> pairs = sector->world->contacts();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -57,6 +61,31 @@ void send_contact_points(Partition& partition, std::vector<Exchange>& outbox) {
         continue;  // both sectors have points of their own; only the event is handed over
       }
       outbox[partition.map.owner(to)].manifolds.push_back(std::move(transfer));
+    }
+  }
+}
+
+void send_contacts_along(Partition& partition, const absl::flat_hash_map<BodyId, SectorIndex>& homes,
+                         std::vector<Exchange>& outbox) {
+  absl::flat_hash_set<BodyId> going;
+  for (const auto& [id, home] : homes) going.insert(id);
+  for (Sector* sector : sectors_with(partition, going)) {
+    const std::span<const ContactPair> pairs = sector->world->contacts();
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const ContactPair& pair = pairs[i];
+      const auto a = homes.find(pair.a);
+      const auto b = homes.find(pair.b);
+      if (a == homes.end() || b == homes.end() || a->second.frame != b->second.frame ||
+          a->second.frame == sector->index.frame)
+        continue;
+      const SectorIndex& to =
+          detecting_sector(motion_of(partition, pair.a), a->second, motion_of(partition, pair.b), b->second);
+      const Eigen::Matrix3d turn =
+          (partition.felt_in(to).orientation().conjugate() * partition.felt_in(sector->index).orientation())
+              .toRotationMatrix();
+      const bool was_touching = sector->touching.erase({pair.a, pair.b}) > 0;
+      outbox[partition.map.owner(to)].manifolds.push_back(
+          {to, was_touching, partition.engine.turned(sector->world->export_manifold(i), turn)});
     }
   }
 }

@@ -1,10 +1,8 @@
 #include "lpss/tick/frames.h"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
-#include "lpss/model/frame_motion.h"
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/packing.h"
 #include "lpss/partition/sectors.h"
@@ -31,12 +29,9 @@ void wake_all(Partition& partition, FrameNumber frame) {
     bring_back(partition, index);
     Sector& sector = *partition.sectors.at(index);
     for (HomeBody* body : sector.homes) {
-      if (body->properties.motion != Motion::kDynamic ||
-          sector.world->activity(body->slot) != Activity::kAsleep)
-        continue;
-      sector.world->wake(body->slot);
-      mark_dirty(*body);
-      activate(partition, sector);
+      if (body->properties.motion == Motion::kDynamic &&
+          sector.world->activity(body->slot) == Activity::kAsleep)
+        wake_home(partition, *body);
     }
   }
 }
@@ -44,13 +39,12 @@ void wake_all(Partition& partition, FrameNumber frame) {
 void feel(const Partition& partition, Sector& sector, const HomeBody& body) {
   if (body.properties.motion != Motion::kDynamic) return;
   const Felt& felt = partition.felt_in(sector.index);
-  const BodyState state = sector.world->state(body.slot);
-  const Vector3d position(state.position.data());
-  const Vector3d velocity(state.linear_velocity.data());
+  const Vector3d position = sector.world->position(body.slot);
   const bool has_gravity = body.properties.gravity;
-  const Vector3d still = felt.at(sector.index, position, has_gravity);
-  sector.world->set_gravity(body.slot, still);
+  sector.world->set_gravity(body.slot, felt.at(sector.index, position, has_gravity));
   if (!felt.turns()) return;
+  const BodyState state = sector.world->state(body.slot);
+  const Vector3d velocity(state.linear_velocity.data());
   const Eigen::Matrix3d axes = quaternion_of(state).toRotationMatrix();
   const Eigen::Matrix3d inertia =
       axes * Vector3d(body.properties.inertia.data()).asDiagonal() * axes.transpose();
@@ -60,57 +54,7 @@ void feel(const Partition& partition, Sector& sector, const HomeBody& body) {
                   flight.way, flight.change});
 }
 
-// m, from the surface of the region: above 0 outside of it.
-double outside_of(const FrameRegion& region, const Vector3d& place) {
-  return ((place - region.centre).cwiseAbs() - region.size / 2).maxCoeff();
-}
-
-std::optional<FramedBody> crossed_at(const Partition& partition, double time, const FramedBody& now) {
-  const WorldSettings& settings = partition.settings;
-  const double size = partition.sector_size();
-  if (now.home.frame != kWorldFrame) {
-    const std::optional<FrameRegion>& region = settings.frames[now.home.frame - 1].region;
-    if (!region || outside_of(*region, place_in_frame(now, size)) < kRegionHysteresis) return std::nullopt;
-    const absl::StatusOr<FramedBody> out = out_of_frame(settings, time, now);
-    // What is faster than the world frame bears stays where it is.
-    if (!out.ok() || Vector3d(out->state.linear_velocity.data()).norm() > kSpeedMax) return std::nullopt;
-    return *out;
-  }
-  for (FrameNumber number = 1; number <= settings.frames.size(); ++number) {
-    const std::optional<FrameRegion>& region = settings.frames[number - 1].region;
-    if (!region) continue;
-    const absl::StatusOr<FramedBody> in = into_frame(settings, number, time, now);
-    if (in.ok() && outside_of(*region, place_in_frame(*in, size)) < -kRegionHysteresis) return *in;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
-
-bool may_cross(const Partition& partition) {
-  return !partition.active.empty() &&
-         std::ranges::any_of(partition.settings.frames,
-                             [](const MovingFrame& f) { return f.region.has_value(); });
-}
-
-void append_crossings(const Partition& partition, Tick tick, ProgramActs& acts) {
-  if (!may_cross(partition)) return;
-  const double time = static_cast<double>(tick) * partition.dt();
-  for (const Sector* sector : partition.active) {
-    for (const HomeBody* body : sector->homes) {
-      if (body->properties.motion != Motion::kDynamic || body->jointed || !sector->world->flew(body->slot) ||
-          sector->world->activity(body->slot) == Activity::kAsleep)
-        continue;
-      const FramedBody now{sector->index, sector->world->state(body->slot)};
-      const std::optional<FramedBody> crossed = crossed_at(partition, time, now);
-      if (!crossed) continue;
-      Teleport jump{body->id, crossed->home, crossed->state};
-      acts.acts.push_back({body->id, 0, jump});
-    }
-  }
-  std::ranges::stable_sort(acts.acts, {},
-                           [](const ProgramAct& act) { return std::pair(act.by, act.program); });
-}
 
 bool begin_frames(Partition& partition, Tick tick) {
   if (partition.settings.frames.empty()) return false;

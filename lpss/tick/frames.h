@@ -3,6 +3,7 @@
 
 #include "lpss/partition/partition.h"
 #include "lpss/tick/messages.h"
+#include "lpss/tick/parallel.h"
 
 namespace tessera {
 
@@ -13,14 +14,7 @@ bool begin_frames(Partition& partition, Tick tick);
 // What was felt in the last of so many completed ticks; for a partition that goes on from there.
 void set_felt(Partition& partition, Tick tick);
 
-// The bodies of the sector, which belongs to a frame that moves, feel it in this tick.
+// Gives the bodies of a sector what they feel in this tick: gravity, and what the motion of their frame adds.
 void feel(const Partition& partition, Sector& sector, const ParallelFor& parallel);
-
-// Whether bodies may change their frames in this tick.
-bool may_cross(const Partition& partition);
-
-// What takes bodies into other frames at the beginning of the next tick: those that have flown freely in this
-// one (SectorWorld::flew()) to where the region of a frame begins, or ends.
-void append_crossings(const Partition& partition, Tick tick, ProgramActs& acts);
 
 }  // namespace tessera

@@ -44,7 +44,8 @@ TEST(Integrate, AKinematicBodyArrivesAtItsTargetAndThenSleeps) {
   EXPECT_EQ(world.state(1).activity, Activity::kAwake);
   EXPECT_FALSE(moved.dirty);
   std::vector<Stopped> stopped;
-  apply_commands(world[0], {}, stopped);
+  std::vector<Exchange> outbox(1);
+  apply_commands(world[0], {}, outbox, stopped);
   EXPECT_FALSE(moved.kinematic_target);
   detect_and_integrate(world);
   EXPECT_EQ(world.state(1).activity, Activity::kAsleep);

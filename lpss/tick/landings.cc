@@ -1,5 +1,7 @@
 #include "lpss/tick/landings.h"
 
+#include <absl/container/flat_hash_map.h>
+
 #include <utility>
 
 #include "lpss/partition/bodies.h"
@@ -7,6 +9,7 @@
 #include "lpss/partition/replicas.h"
 #include "lpss/partition/sectors.h"
 #include "lpss/partition/statics.h"
+#include "lpss/tick/contact_points.h"
 
 namespace tessera {
 namespace {
@@ -14,8 +17,15 @@ namespace {
 // Puts a body where a teleport says, and leaves the rest of it as it is.
 void carry_out(const Teleport& jump, double sector_size, BodyRecord& record) {
   const BodyState now = record.state;
+  const bool changes_frame = record.home.frame != jump.home.frame;
   record.home = jump.home;
   record.state = jump.state;
+  // Where a program began is a place in the frame.
+  for (ProgramRecord& program : record.programs) {
+    if (!changes_frame) break;
+    program.start_sector = jump.home;
+    program.start = jump.state.position;
+  }
   if (jump.keeps_linear_velocity) record.state.linear_velocity = now.linear_velocity;
   if (jump.keeps_angular_velocity) record.state.angular_velocity = now.angular_velocity;
   if (!jump.keeps_rotation) return;
@@ -77,7 +87,16 @@ BodyRecord Landings::record(const Partition& partition, const HomeBody& body) co
   return record;
 }
 
-std::vector<HomeChange> Landings::carry_out_all(Partition& partition) const {
+void Landings::keep_contacts(Partition& partition, std::vector<Exchange>& outbox) const {
+  absl::flat_hash_map<BodyId, SectorIndex> homes;
+  for (const auto& [id, jump] : jumps_) {
+    if (jump.keeps_contacts) homes.emplace(id, jump.home);
+  }
+  if (!homes.empty()) send_contacts_along(partition, homes, outbox);
+}
+
+std::vector<HomeChange> Landings::carry_out_all(Partition& partition, std::vector<Exchange>& outbox) const {
+  keep_contacts(partition, outbox);
   std::vector<HomeChange> changes;
   for (const auto& [id, jump] : jumps_) {
     const bool stays = jump.keeps_contacts && stays_home(partition, jump);

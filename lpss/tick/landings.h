@@ -33,9 +33,12 @@ class Landings {
     for (const auto& [id, jump] : jumps_) visit(id);
   }
 
-  std::vector<HomeChange> carry_out_all(Partition& partition) const;
+  // Adds to the outbox the contacts of bodies that change frames together.
+  std::vector<HomeChange> carry_out_all(Partition& partition, std::vector<Exchange>& outbox) const;
 
  private:
+  void keep_contacts(Partition& partition, std::vector<Exchange>& outbox) const;
+
   absl::btree_map<BodyId, Teleport> jumps_;  // the last one of each body
 };
 

@@ -197,8 +197,17 @@ struct ProgramAct {
   Command command;
 };
 
+// Bodies of an island that are to be in another frame from the next tick on, if all of the island are.
+struct Crossing {
+  BodyId island;
+  std::uint64_t bodies = 0;  // in all of the island
+  FrameNumber to = kWorldFrame;
+  std::vector<Teleport> jumps;
+};
+
 struct ProgramActs {
   std::vector<ProgramAct> acts;  // in the order of (by, program), and as the program gave them
+  std::vector<Crossing> crossings;
 };
 
 using RoundMessage = std::variant<Agreement, Transfer, Exchange, std::shared_ptr<const Seams>, Shipment,

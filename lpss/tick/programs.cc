@@ -16,6 +16,7 @@
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/packing.h"
 #include "lpss/programs/registry.h"
+#include "lpss/tick/crossings.h"
 
 namespace tessera {
 namespace {
@@ -498,6 +499,10 @@ std::vector<Command> collected_acts(std::vector<ProgramActs> acts) {
   std::vector<Command> commands;
   commands.reserve(all.size());
   for (ProgramAct& act : all) commands.push_back(std::move(act.command));
+  // Last, since programs have acted on what they saw in the frame before.
+  std::vector<Crossing> crossings;
+  for (ProgramActs& some : acts) std::ranges::move(some.crossings, std::back_inserter(crossings));
+  for (Teleport& jump : agreed_jumps(std::move(crossings))) commands.push_back(std::move(jump));
   return commands;
 }
 

@@ -14,6 +14,7 @@
 #include "lpss/tick/commands.h"
 #include "lpss/tick/components.h"
 #include "lpss/tick/contact_points.h"
+#include "lpss/tick/crossings.h"
 #include "lpss/tick/detect.h"
 #include "lpss/tick/events.h"
 #include "lpss/tick/exchange.h"
@@ -311,7 +312,7 @@ std::optional<Round> TickMachine::exchange_round() {
   clock_.enter(TickPhase::kSectorization);
   // Also where all of them are about to leave for others.
   bool has_programs = partition_.programmed_count > 0 || may_cross(partition_);
-  std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, context_.stopped);
+  std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, outbox, context_.stopped);
   foresee_drives(partition_);
   send_contact_points(partition_, outbox);
   change_homes(partition_, std::move(jumps), outbox);
