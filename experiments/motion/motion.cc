@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/measure/stopwatch.h"
+#include "experiments/motion/crossings.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/partition_cluster.h"
 #include "lpss/simulation/simulation.h"
@@ -245,7 +246,10 @@ absl::StatusOr<Report> brakes(const ExperimentOptions& options, const Braking& b
 absl::StatusOr<Report> measure_motion(const ExperimentOptions& options, const Progress& progress) {
   constexpr Braking kBraking[] = {{2, 0.5}, {4, 0.25}, {6, 0.3}};
   const std::vector<MotionScene> scenes = motion_scenes(options);
-  ProgressCount count(progress, scenes.size() + 1 + std::size(kBraking));
+  // The last one turns.
+  constexpr std::pair<double, double> kPassing[] = {{0, 0},     {30, 0},  {465, 0},
+                                                    {7.8e3, 0}, {3e4, 0}, {30, 0.2}};
+  ProgressCount count(progress, scenes.size() + 1 + std::size(kBraking) + std::size(kPassing));
   Report report;
   const auto take = [&](absl::StatusOr<Report> part) {
     if (!part.ok()) return part.status();
@@ -258,6 +262,9 @@ absl::StatusOr<Report> measure_motion(const ExperimentOptions& options, const Pr
   if (absl::Status status = take(asleep(options)); !status.ok()) return status;
   for (const Braking& braking : kBraking) {
     if (absl::Status status = take(brakes(options, braking)); !status.ok()) return status;
+  }
+  for (const auto& [speed, spin] : kPassing) {
+    if (absl::Status status = take(measure_crossings(options, speed, spin)); !status.ok()) return status;
   }
   return report;
 }

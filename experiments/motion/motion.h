@@ -17,6 +17,8 @@ namespace tessera {
 // Table "brakes": {engine, braking, friction, boxes, woken, slid, right, error}: a train at 30 m/s with 1,000
 // boxes (quick: 100) that sleep, which brakes for 2 s: how many wake in its first tick, and how far boxes
 // slide (m, mean) beside what friction and braking make of it.
+//
+// Table "crossings": see crossings.h.
 absl::StatusOr<Report> measure_motion(const ExperimentOptions& options, const Progress& progress);
 
 }  // namespace tessera
