@@ -67,6 +67,11 @@ def test_state_goes_on_with_the_same_bits() -> None:
     assert simulation.hash() == expected  # the world is still there
 
 
+def test_world_is_a_world_or_a_path() -> None:
+    with pytest.raises(TypeError, match="world must be a World or the path of a file, not int"):
+        tessera.Simulation(42)  # type: ignore[arg-type]
+
+
 def test_copies_go_their_own_ways() -> None:
     simulation = tessera.Simulation(towers())
     simulation.step(10)

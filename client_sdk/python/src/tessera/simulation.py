@@ -69,6 +69,8 @@ class Simulation(AnyClient):
         if not 1 <= servers <= SERVERS_MAX:
             raise InvalidArgument(f"servers = {servers} must be from 1 to {SERVERS_MAX}")
         loaded = World.read(world) if isinstance(world, (str, os.PathLike)) else world
+        if not isinstance(loaded, World | None):
+            raise TypeError(f"world must be a World or the path of a file, not {type(world).__name__}")
         if precision is None:
             precision = Precision.FLOAT32 if loaded is None else loaded.precision
         if loaded is not None:
