@@ -74,7 +74,11 @@ absl::StatusOr<BodyRecord> placed(const Target& target, const Request& command, 
     body.properties.centre = {};
     body.properties.principal_axes = BodyProperties().principal_axes;
   }
-  return record_of(body, world.settings());
+  absl::StatusOr<BodyRecord> record = record_of(body, world.settings());
+  if (!record.ok()) return record;
+  if (absl::Status status = carrier_home(record->home, target.id, world.settings()); !status.ok())
+    return in(target.title(), status);
+  return record;
 }
 
 absl::StatusOr<Command> checked(const v1::SetVelocity& command, const WorldRegistry& world) {

@@ -46,6 +46,8 @@ class PlacedBodies {
     if (absl::Status status = validate(body, shape, world_.settings()); !status.ok()) return status;
     const absl::StatusOr<BodyRecord> record = record_of(body, world_.settings());
     if (!record.ok()) return record.status();
+    if (absl::Status status = carrier_home(record->home, *id, world_.settings()); !status.ok())
+      return in(title, status);
     return land(*id, title, {record->home, side_of(record->state)});
   }
 

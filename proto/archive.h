@@ -77,6 +77,10 @@ class Output {
   void put(const std::array<double, N>& numbers) {
     raw(numbers.data(), sizeof numbers);
   }
+  template <typename T, std::size_t N>
+  void put(const std::array<T, N>& items) {
+    for (const T& item : items) put(item);
+  }
   // Most bodies have none.
   void put(const BodyJoints& joints) {
     put(!joints.empty());
@@ -211,6 +215,10 @@ class Reader {
   void get(std::array<double, N>& numbers) {
     raw(numbers.data(), sizeof numbers);
   }
+  template <typename T, std::size_t N>
+  void get(std::array<T, N>& items) {
+    for (T& item : items) get(item);
+  }
   void get(BodyJoints& joints) {
     bool are_there = false;
     get(are_there);
@@ -304,6 +312,10 @@ class Outline {
   template <std::size_t N>
   void tell(const std::array<double, N>&) {
     absl::StrAppend(&text_, "f8*", N, " ");
+  }
+  template <typename T, std::size_t N>
+  void tell(const std::array<T, N>& items) {
+    for (const T& item : items) tell(item);
   }
   void tell(const BodyJoints& joints) { nested("joints", joints.as_child, joints.as_parent); }
   void tell(const std::string&) { text_ += "text "; }

@@ -496,6 +496,7 @@ absl::StatusOr<WorldDescription> from_proto(const v1::World& world) {
     if (from.body() == 0) return refused("frame '", from.name(), "': body must be at least 1");
     result.frames.push_back({from.name(), from.body() - 1, from_proto(from.pose())});
   }
+  place_carried(result);
   return result;
 }
 

@@ -95,6 +95,10 @@ v1::MovingFrame to_proto(const MovingFrame& frame) {
     added.set_seconds(leg.seconds);
     *added.mutable_acceleration() = tessera::to_proto(leg.acceleration);
   }
+  if (frame.carrier) {
+    result.mutable_carrier()->set_body(frame.carrier->body.value);
+    *result.mutable_carrier()->mutable_pose() = tessera::to_proto(frame.carrier->pose);
+  }
   return result;
 }
 
@@ -109,6 +113,8 @@ MovingFrame frame_from_proto(const v1::MovingFrame& frame) {
     result.region = FrameRegion{from_proto(frame.region_centre()), from_proto(frame.region_size())};
   for (const v1::FrameLeg& leg : frame.legs())
     result.legs.push_back({leg.seconds(), from_proto(leg.acceleration())});
+  if (frame.has_carrier())
+    result.carrier = FrameCarrier{BodyId{frame.carrier().body()}, from_proto(frame.carrier().pose())};
   return result;
 }
 

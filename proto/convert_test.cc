@@ -226,6 +226,7 @@ TEST(Convert, FramesThatMoveSurvive) {
   MovingFrame& train = settings.frames[1];
   train.name = "train";
   train.legs = {{2, {0, kThird, 0}}, {kThird, {1, 0, 0}}};
+  train.carrier = FrameCarrier{BodyId{7}, {{1, kThird, 3}, Eigen::Quaterniond(0.5, 0.5, 0.5, -0.5)}};
   const absl::StatusOr<WorldSettings> back = from_proto(to_proto(settings));
   ASSERT_TRUE(back.ok()) << back.status();
   ASSERT_EQ(back->frames.size(), 2u);
@@ -236,6 +237,7 @@ TEST(Convert, FramesThatMoveSurvive) {
   EXPECT_EQ(first.velocity, station.velocity);
   EXPECT_EQ(first.spin, station.spin);
   EXPECT_TRUE(first.falls);
+  EXPECT_FALSE(first.carrier.has_value());
   ASSERT_TRUE(first.region.has_value());
   EXPECT_EQ(first.region->centre, station.region->centre);
   EXPECT_EQ(first.region->size, station.region->size);
@@ -245,6 +247,10 @@ TEST(Convert, FramesThatMoveSurvive) {
   ASSERT_EQ(second.legs.size(), 2u);
   EXPECT_EQ(second.legs[1].seconds, kThird);
   EXPECT_EQ(second.legs[0].acceleration, train.legs[0].acceleration);
+  ASSERT_TRUE(second.carrier.has_value());
+  EXPECT_EQ(second.carrier->body, train.carrier->body);
+  EXPECT_EQ(second.carrier->pose.position, train.carrier->pose.position);
+  EXPECT_EQ(second.carrier->pose.orientation.coeffs(), train.carrier->pose.orientation.coeffs());
 }
 
 TEST(Convert, EverySettingIsAFieldAndSurvives) {

@@ -24,7 +24,7 @@ namespace tessera {
 inline constexpr std::uint32_t kClusterProtocol = 17;
 
 // Of joints, commands, sectors and what all share, in snapshots and stores.
-inline constexpr std::uint32_t kStoredVersion = 7;
+inline constexpr std::uint32_t kStoredVersion = 8;
 inline constexpr std::uint32_t kStoredVersionMin = 4;  // the earliest that is read
 
 // What they consist of, field by field, and a hash of that, which each version has of its own.

@@ -188,9 +188,36 @@ template <typename Archive, Is<KnownReplica> T>
 void describe(Archive& archive, T& x) {
   archive(x.introduction, x.update);
 }
+template <typename Archive, Is<Eigen::Vector3d> T>
+void describe(Archive& archive, T& x) {
+  archive(x.x(), x.y(), x.z());
+}
+template <typename Archive, Is<FramePlace> T>
+void describe(Archive& archive, T& x) {
+  archive(x.origin.sector, x.origin.local, x.orientation.x(), x.orientation.y(), x.orientation.z(),
+          x.orientation.w(), x.velocity, x.spin);
+}
+template <typename Archive, Is<CarriedFrame> T>
+void describe(Archive& archive, T& x) {
+  archive(x.frame, x.place, x.acceleration, x.angular_acceleration, x.is_borne, x.ballast.mass,
+          x.ballast.inertia, x.owed, x.owed_spin);
+}
+template <typename Archive, Is<ExactSum> T>
+void describe(Archive& archive, T& x) {
+  archive(x.high, x.low);
+}
+template <typename Archive, Is<BurdenSums> T>
+void describe(Archive& archive, T& x) {
+  archive(x.mass, x.first, x.second, x.inertia, x.momentum, x.spin, x.awake);
+}
+template <typename Archive, Is<FrameBurden> T>
+void describe(Archive& archive, T& x) {
+  archive(x.frame, x.before, x.after, x.centre);
+}
 template <typename Archive, Is<SharedState> T>
 void describe(Archive& archive, T& x) {
-  archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas, since(5, x.acts));
+  archive(x.radius_max, x.at_rest, x.statics, x.joints, x.known_replicas, since(5, x.acts),
+          since(8, x.carried));
 }
 template <typename Archive, Is<Transfer> T>
 void describe(Archive& archive, T& x) {
@@ -253,13 +280,17 @@ template <typename Archive, Is<ProgramAct> T>
 void describe(Archive& archive, T& x) {
   archive(x.by, x.program, x.command);
 }
+template <typename Archive, Is<CrossingBody> T>
+void describe(Archive& archive, T& x) {
+  archive(x.id, x.home, x.state);
+}
 template <typename Archive, Is<Crossing> T>
 void describe(Archive& archive, T& x) {
-  archive(x.island, x.bodies, x.to, x.jumps);
+  archive(x.island, x.bodies, x.frame, x.comes_in, x.crossing);
 }
 template <typename Archive, Is<ProgramActs> T>
 void describe(Archive& archive, T& x) {
-  archive(x.acts, x.crossings);
+  archive(x.acts, x.crossings, x.carried, x.burdens);
 }
 
 // Commands describe themselves.

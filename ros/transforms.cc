@@ -48,20 +48,23 @@ void Transforms::name(BodyId id, absl::string_view body_name) {
 
 std::vector<TransformStamped> Transforms::all(const BodyFrame& frame) const {
   const Time stamp = time_at(frame.tick, settings_.time_step);
+  const SeenCarriers carriers = carriers_in(frame);
   std::vector<TransformStamped> transforms;
   for (const BodySample& body : frame.bodies) {
-    if (has_name(body.id)) transforms.push_back(transform(body.id, pose_of(body, frame.tick), stamp));
+    if (has_name(body.id))
+      transforms.push_back(transform(body.id, pose_of(body, frame.tick, carriers), stamp));
   }
   return transforms;
 }
 
 std::vector<TransformStamped> Transforms::changed(const BodyFrame& frame) {
   const Time stamp = time_at(frame.tick, settings_.time_step);
+  const SeenCarriers carriers = carriers_in(frame);
   std::vector<TransformStamped> transforms;
   Poses poses;
   for (const BodySample& body : frame.bodies) {
     if (!has_name(body.id)) continue;
-    const WorldPose pose = pose_of(body, frame.tick);
+    const WorldPose pose = pose_of(body, frame.tick, carriers);
     const auto last = last_.find(body.id);
     if (last == last_.end() || !is_at(last->second, pose))
       transforms.push_back(transform(body.id, pose, stamp));
@@ -90,10 +93,16 @@ std::vector<TransformStamped> Transforms::fixed(const std::vector<FoundFrame>& f
   return transforms;
 }
 
-WorldPose Transforms::pose_of(const BodySample& body, Tick tick) const {
+SeenCarriers Transforms::carriers_in(const BodyFrame& frame) const {
+  SeenCarriers carriers(settings_);
+  for (const BodySample& body : frame.bodies) carriers.see(body.id, body.pose);
+  return carriers;
+}
+
+WorldPose Transforms::pose_of(const BodySample& body, Tick tick, const SeenCarriers& carriers) const {
   if (body.pose.position.sector.frame == sector_.frame) return body.pose;
   const double time = static_cast<double>(tick) * settings_.time_step;
-  return pose_in_frame(settings_, time, body.pose, sector_.frame).value_or(body.pose);
+  return pose_in_frame(settings_, time, body.pose, sector_.frame, carriers.poses()).value_or(body.pose);
 }
 
 TransformStamped Transforms::transform(BodyId body, const WorldPose& pose, const Time& stamp) const {

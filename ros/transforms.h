@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "lpss/model/frame_motion.h"
 #include "lpss/model/world_description.h"
 #include "ros_messages.h"
 #include "tessera/client.h"
@@ -49,7 +50,8 @@ class Transforms {
   using Poses = absl::flat_hash_map<BodyId, WorldPose>;
 
   // Of bodies of frames that move, where these are at that tick.
-  WorldPose pose_of(const BodySample& body, Tick tick) const;
+  SeenCarriers carriers_in(const BodyFrame& frame) const;
+  WorldPose pose_of(const BodySample& body, Tick tick, const SeenCarriers& carriers) const;
   TransformStamped transform(BodyId body, const WorldPose& pose, const Time& stamp) const;
 
   std::string parent_;

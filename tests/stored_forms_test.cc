@@ -25,7 +25,9 @@ const Stored kStored[] = {
     {"5", Precision::kFloat32, "1de5390f6b47291b7c0e896d2883e2ac", "0cc0051121c648a37ec6176928977c33"},
     {"5", Precision::kFloat64, "8c76839e54ee0dfe6a34d7f9bf6eabe8", ""},
     {"6", Precision::kFloat32, "5b73bf26d7670e2e62cb44fd1fead5d5", "5b73bf26d7670e2e62cb44fd1fead5d5", true},
-    {"6", Precision::kFloat64, "edfb74f89b117da60fb4157bdb05ecbf", "", true}};
+    {"6", Precision::kFloat64, "edfb74f89b117da60fb4157bdb05ecbf", "", true},
+    {"7", Precision::kFloat32, "79b9f47e45926a4ec75336603c318749", "79b9f47e45926a4ec75336603c318749", true},
+    {"7", Precision::kFloat64, "2f2bdabe41dc99f2ceda28e17438847a", "", true}};
 
 std::filesystem::path stored_file(const Stored& stored, const char* kind) {
   return std::filesystem::path(TESSERA_STORED) / stored.version /

@@ -114,10 +114,11 @@ absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const live::Cl
   if (!frame.ok()) return frame.status();
   if (!report.cluster.settings) return std::move(frame->bodies);
   const WorldSettings& settings = *report.cluster.settings;
+  const double time = static_cast<double>(frame->tick) * settings.time_step;
+  SeenCarriers carriers(settings);
+  for (const BodySample& body : frame->bodies) carriers.see(body.id, body.pose);
   for (BodySample& body : frame->bodies) {
-    body.pose =
-        pose_in_frame(settings, static_cast<double>(frame->tick) * settings.time_step, body.pose, kWorldFrame)
-            .value_or(body.pose);
+    body.pose = pose_in_frame(settings, time, body.pose, kWorldFrame, carriers.poses()).value_or(body.pose);
   }
   return std::move(frame->bodies);
 }

@@ -265,6 +265,7 @@ bool PageSession::start_over_where_needed(const live::ClusterReport& report, con
 std::vector<SeenBody> PageSession::seen(const live::ClusterReport& report, const BodyFrame& frame) {
   std::vector<SeenBody> moving;
   moving.reserve(frame.bodies.size());
+  view_->see_carriers(frame);
   for (const BodySample& body : frame.bodies) {
     const SeenBody seen = view_->see(body, place_of(report, body.server), frame.tick);
     if (!view_->has_frames() || view_->holds(seen)) moving.push_back(seen);

@@ -57,8 +57,13 @@ nlohmann::json PageView::describe() const {
 // What has no place there is as far away as can be.
 WorldPose PageView::posed(const WorldPose& pose, Tick tick) const {
   if (pose.position.sector.frame == sector().frame) return pose;
-  return pose_in_frame(settings_, static_cast<double>(tick) * settings_.time_step, pose, sector().frame)
+  return pose_in_frame(settings_, static_cast<double>(tick) * settings_.time_step, pose, sector().frame,
+                       carriers_.poses())
       .value_or(pose);
+}
+
+void PageView::see_carriers(const BodyFrame& frame) {
+  for (const BodySample& body : frame.bodies) carriers_.see(body.id, body.pose);
 }
 
 SeenBody PageView::see(const BodySample& body, std::uint8_t server, Tick tick) const {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client_sdk/live/body_catalogue.h"
+#include "lpss/model/frame_motion.h"
 #include "lpss/model/world_description.h"
 #include "tessera/stream.h"
 #include "viewer/frame_encoder.h"
@@ -24,13 +25,16 @@ struct Interest {
 class PageView {
  public:
   PageView(const Interest& interest, const WorldSettings& settings)
-      : interest_(interest), settings_(settings) {}
+      : interest_(interest), settings_(settings), carriers_(settings) {}
 
   const SectorIndex& sector() const { return interest_.centre.sector; }
   const Interest& interest() const { return interest_; }
 
   // The sector that points are relative to, the up direction there, and the planet if there is one.
   nlohmann::json describe() const;
+
+  // Before what is in the frames that they carry.
+  void see_carriers(const BodyFrame& frame);
 
   // Of other frames than the view's, where they are at that tick.
   SeenBody see(const BodySample& body, std::uint8_t server, Tick tick) const;
@@ -54,6 +58,7 @@ class PageView {
 
   Interest interest_;
   WorldSettings settings_;
+  SeenCarriers carriers_;
 };
 
 }  // namespace tessera::viewer

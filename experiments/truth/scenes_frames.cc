@@ -1,6 +1,7 @@
 // What happens in frames that move, beside what is seen from where nothing turns or brakes.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "experiments/truth/scene_parts.h"
@@ -133,6 +134,75 @@ Scene brakes(const std::string& name, double braking) {
   return scene;
 }
 
+// --- a ship that carries a frame ---
+
+// A hull in space without gravity, pushed along x, and what is aboard, where places are from its centre.
+WorldDescription with_ship(const WorldSettings& settings, double mass, double thrust,
+                           const std::function<void(WorldBuilder&)>& fill) {
+  WorldBuilder inside(with_gravity(settings, Vector3d::Zero()));
+  fill(inside);
+  MovingFrame frame;
+  frame.name = "aboard";
+  frame.carrier = FrameCarrier{BodyId{inside.world().bodies.size() + 1}, {}};
+  WorldBuilder builder(inside.world().settings);
+  builder.world() = aboard(frame, inside.world());
+  BodyDescription& hull = add_body(builder, "hull", Box{{4, 2, 2}}, mass, {kPlace, 0, 0}, 0.5);
+  hull.linear_velocity = {20, 0, 0};
+  if (thrust != 0) hull.properties.lasting = LastingForce{{{thrust, 0, 0}, {}}};
+  place_carried(builder.world());
+  return builder.world();
+}
+
+void add_wall(WorldBuilder& builder, double x) {
+  builder.add("wall", builder.shape(Box{{1, 8, 8}}), 1, {x, 0, 0}, Motion::kStatic);
+}
+
+// Both together are pushed, whichever is heavier.
+Scene thrust_with_cargo(const std::string& name, double cargo) {
+  constexpr double kHull = 1000;
+  constexpr double kThrust = 2000;  // N
+  Scene scene = frame_scene(name, 4);
+  scene.world = [=](const WorldSettings& settings) {
+    return with_ship(settings, kHull, kThrust, [=](WorldBuilder& builder) {
+      add_wall(builder, -1.5);
+      add_body(builder, "cargo", Box{{1, 1, 1}}, cargo, {-0.5, 0, 0}, 0.5);
+    });
+  };
+  scene.results = [=](const Course& course) -> Results {
+    const double time = static_cast<double>(course.ticks()) * course.dt();
+    const double right = kThrust * time / (kHull + cargo);
+    const double gained = course.last("hull").velocity.x() - course.first("hull").velocity.x();
+    return {{"velocity", "m/s", right, gained, 0.02 * right},
+            {"cargo off its place", "m", 0, (course.last("cargo").place - course.first("cargo").place).norm(),
+             2e-3}};
+  };
+  return scene;
+}
+
+// Somebody flies to the bow and stops there.
+Scene crew_to_the_bow() {
+  constexpr double kHull = 1000;
+  constexpr double kCrew = 80;
+  Scene scene = frame_scene("crew_to_the_bow", 6);
+  scene.world = [=](const WorldSettings& settings) {
+    return with_ship(settings, kHull, 0, [](WorldBuilder& builder) {
+      add_wall(builder, 2.5);
+      add_body(builder, "crew", Box{{0.4, 0.4, 0.4}}, kCrew, {-1, 0, 0}, 0.5).linear_velocity = {1, 0, 0};
+    });
+  };
+  scene.results = [=](const Course& course) -> Results {
+    const auto momentum = [&](const Glance& hull, const Glance& crew) {
+      return kHull * hull.velocity.x() + kCrew * (hull.velocity.x() + crew.velocity.x());
+    };
+    const double right = momentum(course.first("hull"), course.first("crew"));
+    const double got = momentum(course.last("hull"), course.last("crew"));
+    return {{"momentum", "kg m/s", right, got, 1e-6 * right},
+            {"the hull goes faster", "m/s", kCrew / (kHull + kCrew),
+             course.last("hull").velocity.x() - course.first("hull").velocity.x(), kCrew / kHull * 0.1}};
+  };
+  return scene;
+}
+
 }  // namespace
 
 std::vector<Scene> frame_scenes() {
@@ -141,7 +211,10 @@ std::vector<Scene> frame_scenes() {
           slides_in_a_habitat(),
           foucault(),
           brakes("brakes_that_friction_holds", 2),
-          brakes("brakes_that_slide", 4)};
+          brakes("brakes_that_slide", 4),
+          thrust_with_cargo("thrust_with_cargo", 200),
+          thrust_with_cargo("thrust_with_heavy_cargo", 5000),
+          crew_to_the_bow()};
 }
 
 }  // namespace tessera::truth

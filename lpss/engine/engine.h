@@ -211,6 +211,10 @@ class SectorWorld {
   virtual double surge(BodySlot) const { return 0; }
   virtual void set_surge(BodySlot, double) {}
 
+  // Of a dynamic body that lives here: it is solved with this mass (kg) and these principal moments (kg m^2)
+  // in the place of its own, until they are set again. Engines without frames ignore it.
+  virtual void set_mass(BodySlot, double /*mass*/, const std::array<double, 3>& /*moments*/) {}
+
   // Of a dynamic body that lives here, in a frame that turns: what that makes of its next step. Engines
   // without frames ignore it.
   virtual void set_turning(BodySlot, const FrameTurn&) {}

@@ -51,6 +51,8 @@ const char* name_of(Motion motion);  // "static", "dynamic", "kinematic"
 struct Wrench {
   std::array<double, 3> force{};
   std::array<double, 3> torque{};
+
+  friend bool operator==(const Wrench&, const Wrench&) = default;
 };
 
 // What pushes a dynamic body in every tick in which it is awake.

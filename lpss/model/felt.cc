@@ -31,13 +31,34 @@ Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time)
   const MovingFrame& moving = settings_->frames[frame_ - 1];
   motion_ = motion_at(*settings_, moving, time);
   falls_ = moving.falls;
+  spin_ = spin_after_ = motion_.orientation.conjugate() * moving.spin;
   turns_ = !moving.spin.isZero(0);
-  spin_ = motion_.orientation.conjugate() * moving.spin;
-  turn_ = rotation_by(spin_ * -settings_->time_step);
-  coriolis_turn_ = rotation_by(spin_ * (-2 * settings_->time_step));
-  if (const auto* planet = std::get_if<CentralGravity>(&settings_->gravity)) {
-    from_centre_ = start_from(*planet, moving, settings_->sector_size) + motion_.way;
+  if (const auto* planet = std::get_if<CentralGravity>(&settings_->gravity))
+    from_centre_ = metres_from(*planet, moving.start.position, settings_->sector_size) + motion_.way;
+  prepare();
+}
+
+Felt::Felt(const WorldSettings& settings, const CarriedFrame& carried)
+    : settings_(&settings), frame_(carried.frame) {
+  const FramePlace& place = carried.place;
+  motion_.orientation = place.orientation;
+  motion_.velocity = place.velocity;
+  motion_.acceleration = carried.acceleration;
+  const Eigen::Quaterniond back = place.orientation.conjugate();
+  spin_ = spin_after_ = back * place.spin;
+  turns_ = !place.spin.isZero(0) || !carried.angular_acceleration.isZero(0);
+  if (!carried.angular_acceleration.isZero(0)) {
+    spin_growth_ = back * carried.angular_acceleration;
+    spin_after_ += spin_growth_ * settings_->time_step;
   }
+  if (const auto* planet = std::get_if<CentralGravity>(&settings_->gravity))
+    from_centre_ = metres_from(*planet, place.origin, settings_->sector_size);
+  prepare();
+}
+
+void Felt::prepare() {
+  turn_ = rotation_by(spin_after_ * -settings_->time_step);
+  coriolis_turn_ = rotation_by(spin_ * (-2 * settings_->time_step));
   for (const bool has_gravity : {true, false})
     at_origin_[has_gravity ? 0 : 1] = falls_at(Vector3d::Zero(), has_gravity);
   const Vector3d& felt = at_origin_[0];
@@ -67,11 +88,12 @@ Vector3d Felt::at(const SectorIndex& home, const Vector3d& position, bool has_gr
   }
   const Vector3d place = place_of(home, position);
   const Vector3d felt = falls_at(place, has_gravity);
-  return turns_ ? Vector3d(felt - spin_.cross(spin_.cross(place))) : felt;
+  return turns_ ? Vector3d(felt - spin_.cross(spin_.cross(place)) - spin_growth_.cross(place)) : felt;
 }
 
 bool Felt::is_as(const Felt& before) const {
-  if (at_origin_ != before.at_origin_ || spin_ != before.spin_) return false;
+  if (at_origin_ != before.at_origin_ || spin_ != before.spin_ || spin_growth_ != before.spin_growth_)
+    return false;
   if (std::holds_alternative<UniformGravity>(settings_->gravity)) return true;
   return from_centre_ == before.from_centre_ &&
          motion_.orientation.coeffs() == before.motion_.orientation.coeffs();
@@ -88,23 +110,30 @@ Felt::Flight Felt::flight(const SectorIndex& home, const Vector3d& position, con
   const Vector3d outside = velocity + spin_.cross(place);
   const Vector3d falls = falls_at(place, has_gravity);
   const Vector3d next = turn_ * Vector3d(place + outside * dt + falls * (dt * dt / 2));
-  const Vector3d next_velocity = turn_ * Vector3d(outside + falls * dt) - spin_.cross(next);
+  const Vector3d next_velocity = turn_ * Vector3d(outside + falls * dt) - spin_after_.cross(next);
   return {next - place, next_velocity - velocity};
 }
 
 Vector3d Felt::torque(const Matrix3d& inertia, const Vector3d& rate) const {
   const double dt = settings_->time_step;
   const Matrix3d turning = gyroscopic(inertia, spin_) * (dt / 2);
-  const Vector3d still = -spin_.cross(Vector3d(inertia * spin_));
+  const Vector3d still = -spin_.cross(Vector3d(inertia * spin_)) - inertia * spin_growth_;
   const Vector3d after = (inertia + turning).inverse() * ((inertia - turning) * rate + still * dt);
   return inertia * (after - rate) / dt;
 }
 
-std::vector<Felt> felt_in_frames(const WorldSettings& settings, std::uint64_t tick) {
+std::vector<Felt> felt_in_frames(const WorldSettings& settings, std::uint64_t tick,
+                                 std::span<const CarriedFrame> carried) {
   const double time = static_cast<double>(tick - std::min<std::uint64_t>(tick, 1)) * settings.time_step;
   std::vector<Felt> felt;
-  for (FrameNumber frame = kWorldFrame; frame <= settings.frames.size(); ++frame)
-    felt.emplace_back(settings, frame, time);
+  auto next = carried.begin();
+  for (FrameNumber frame = kWorldFrame; frame <= settings.frames.size(); ++frame) {
+    if (next != carried.end() && next->frame == frame) {
+      felt.emplace_back(settings, *next++);
+    } else {
+      felt.emplace_back(settings, frame, time);
+    }
+  }
   return felt;
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <variant>
 #include <vector>
 
@@ -17,6 +18,9 @@ class Felt {
  public:
   // `settings` outlives it.
   Felt(const WorldSettings& settings, FrameNumber frame, double time);
+  // In a frame with a carrier, which goes on as it has just moved: what it feels of a force comes a tick
+  // late.
+  Felt(const WorldSettings& settings, const CarriedFrame& carried);
 
   // m/s^2, of a body at rest in the frame at `position` (m, relative to the centre of `home`, a sector of the
   // frame): gravity, less the acceleration of that place. Exactly gravity in the world frame, and in one that
@@ -57,6 +61,7 @@ class Felt {
   bool wakes_after(const Felt& before) const { return steps_ != before.steps_; }
 
  private:
+  void prepare();
   // m, from the origin of the frame.
   Eigen::Vector3d place_of(const SectorIndex& home, const Eigen::Vector3d& position) const;
   // m/s^2, without what the turning of the frame makes of it.
@@ -69,7 +74,10 @@ class Felt {
   FrameMotion motion_;
   // m, of the origin from that of a planet; world axes.
   Eigen::Vector3d from_centre_ = Eigen::Vector3d::Zero();
+  // At the beginning of a tick, at its end, and by how much it grows, rad/s^2.
   Eigen::Vector3d spin_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d spin_after_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d spin_growth_ = Eigen::Vector3d::Zero();
   // m/s^2, at the origin: with gravity and without.
   std::array<Eigen::Vector3d, 2> at_origin_ = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   // What a vector that stays as it is does in the frame in a tick, and twice as far.
@@ -78,8 +86,10 @@ class Felt {
   std::array<std::int64_t, 3> steps_ = {};  // of what is felt at the origin
 };
 
-// In all frames of a world, by FrameNumber, in a tick (the first is 1): as it begins.
-std::vector<Felt> felt_in_frames(const WorldSettings& settings, std::uint64_t tick);
+// In all frames of a world, by FrameNumber, in a tick (the first is 1): as it begins. `carried`: all that
+// have a carrier, ascending.
+std::vector<Felt> felt_in_frames(const WorldSettings& settings, std::uint64_t tick,
+                                 std::span<const CarriedFrame> carried);
 
 inline constexpr double kFeltStep = 0.01;  // m/s^2
 

@@ -47,7 +47,8 @@ void fall_around(const CentralGravity& planet, const Vector3d& place, double tim
 
 void fall(const WorldSettings& settings, const MovingFrame& frame, double time, FrameMotion& motion) {
   if (const auto* planet = std::get_if<CentralGravity>(&settings.gravity))
-    return fall_around(*planet, start_from(*planet, frame, settings.sector_size), time, motion);
+    return fall_around(*planet, metres_from(*planet, frame.start.position, settings.sector_size), time,
+                       motion);
   const Vector3d& acceleration = std::get<UniformGravity>(settings.gravity).acceleration;
   motion.way = motion.velocity * time + acceleration * (time * time / 2);
   motion.velocity += acceleration * time;
@@ -84,9 +85,9 @@ absl::StatusOr<WorldPose> pose_from(const FramePlace& place, const WorldPose& po
 
 }  // namespace
 
-Vector3d start_from(const CentralGravity& planet, const MovingFrame& frame, double sector_size) {
-  return metres_between(planet.centre.sector, frame.start.position.sector, sector_size) +
-         (frame.start.position.local - planet.centre.local);
+Vector3d metres_from(const CentralGravity& planet, const WorldPosition& place, double sector_size) {
+  return metres_between(planet.centre.sector, place.sector, sector_size) +
+         (place.local - planet.centre.local);
 }
 
 FrameMotion motion_at(const WorldSettings& settings, const MovingFrame& frame, double time) {
@@ -105,9 +106,85 @@ Vector3d place_in_frame(const FramedBody& body, double sector_size) {
   return metres_between({0, 0, 0, body.home.frame}, body.home, sector_size) + numbers_in(body.state.position);
 }
 
-// Lengths that grow with time are taken into sectors before anything near the origin is added.
-absl::StatusOr<FramePlace> frame_place(const WorldSettings& settings, FrameNumber number, double time) {
+SeenCarriers::SeenCarriers(const WorldSettings& settings) {
+  for (const MovingFrame& frame : settings.frames) {
+    if (frame.carrier) seen_.emplace_back(frame.carrier->body, std::nullopt);
+  }
+}
+
+void SeenCarriers::see(BodyId body, const WorldPose& pose) {
+  for (auto& [carrier, seen] : seen_) {
+    if (carrier == body) seen = pose;
+  }
+}
+
+CarrierPoses SeenCarriers::poses() const {
+  return [this](BodyId body) {
+    const auto found = std::ranges::find(seen_, body, [](const auto& seen) { return seen.first; });
+    return found == seen_.end() ? std::nullopt : found->second;
+  };
+}
+
+bool carries_a_frame(const WorldSettings& settings, BodyId body) {
+  return std::ranges::any_of(settings.frames, [&](const MovingFrame& frame) {
+    return frame.carrier && frame.carrier->body == body;
+  });
+}
+
+CarriedFrame carried_at_start(const WorldSettings& settings, FrameNumber number) {
   const MovingFrame& frame = settings.frames[number - 1];
+  CarriedFrame start;
+  start.frame = number;
+  start.place = {frame.start.position, frame.start.orientation, frame.velocity, frame.spin};
+  return start;
+}
+
+absl::StatusOr<CarriedFrame> carried_on(const WorldSettings& settings, const CarriedFrame& before,
+                                        const BodyRecord& carrier, bool is_led) {
+  const double dt = settings.time_step;
+  const BodyState& state = carrier.state;
+  const Pose centre{numbers_in(state.position), quaternion_of(state)};
+  const Pose pose =
+      centre * centre_frame(carrier.properties).inverse() * settings.frames[before.frame - 1].carrier->pose;
+  const absl::StatusOr<WorldPosition> origin = canonical(carrier.home, pose.position, settings.sector_size);
+  if (!origin.ok()) return origin.status();
+  CarriedFrame now = before;
+  FramePlace& place = now.place;
+  place.origin = *origin;
+  place.orientation = pose.orientation.normalized();
+  if (is_led) {
+    const Vector3d way = metres_between(before.place.origin.sector, origin->sector, settings.sector_size) +
+                         (origin->local - before.place.origin.local);
+    place.velocity = way / dt;
+    place.spin = rotation_vector(place.orientation * before.place.orientation.conjugate()) / dt;
+  } else {
+    place.spin = numbers_in(state.angular_velocity);
+    place.velocity =
+        numbers_in(state.linear_velocity) + place.spin.cross(Vector3d(pose.position - centre.position));
+  }
+  now.acceleration = (place.velocity - before.place.velocity) / dt;
+  now.angular_acceleration = (place.spin - before.place.spin) / dt;
+  return now;
+}
+
+// Lengths that grow with time are taken into sectors before anything near the origin is added.
+absl::StatusOr<FramePlace> frame_place(const WorldSettings& settings, FrameNumber number, double time,
+                                       const CarrierPoses& carriers) {
+  const MovingFrame& frame = settings.frames[number - 1];
+  if (frame.carrier) {
+    const std::optional<WorldPose> body = carriers ? carriers(frame.carrier->body) : std::nullopt;
+    if (!body) {
+      return absl::UnavailableError(absl::StrCat("where frame '", frame.name,
+                                                 "' is follows from its carrier, ", "body ",
+                                                 frame.carrier->body.value));
+    }
+    const absl::StatusOr<WorldPose> pose = compose(*body, frame.carrier->pose, settings.sector_size);
+    if (!pose.ok()) return pose.status();
+    FramePlace place;
+    place.origin = pose->position;
+    place.orientation = pose->orientation;
+    return place;
+  }
   const FrameMotion motion = motion_at(settings, frame, time);
   const WorldPosition& start = frame.start.position;
   const absl::StatusOr<WorldPosition> origin =
@@ -116,24 +193,25 @@ absl::StatusOr<FramePlace> frame_place(const WorldSettings& settings, FrameNumbe
   return FramePlace{*origin, motion.orientation, motion.velocity, frame.spin};
 }
 
-absl::StatusOr<WorldPose> pose_in_world(const WorldSettings& settings, double time, const WorldPose& pose) {
-  const absl::StatusOr<FramePlace> place = frame_place(settings, pose.position.sector.frame, time);
+absl::StatusOr<WorldPose> pose_in_world(const WorldSettings& settings, double time, const WorldPose& pose,
+                                        const CarrierPoses& carriers) {
+  const absl::StatusOr<FramePlace> place = frame_place(settings, pose.position.sector.frame, time, carriers);
   if (!place.ok()) return place.status();
   return pose_from(*place, pose, settings.sector_size);
 }
 
 absl::StatusOr<WorldPose> pose_in_frame(const WorldSettings& settings, double time, const WorldPose& pose,
-                                        FrameNumber frame) {
+                                        FrameNumber frame, const CarrierPoses& carriers) {
   if (pose.position.sector.frame == frame) return pose;
   if (const FrameNumber most = std::max(pose.position.sector.frame, frame); most > settings.frames.size())
     return absl::NotFoundError(absl::StrCat("the world has no frame ", most));
   absl::StatusOr<WorldPose> outside = pose;
-  if (pose.position.sector.frame != kWorldFrame) outside = pose_in_world(settings, time, pose);
+  if (pose.position.sector.frame != kWorldFrame) outside = pose_in_world(settings, time, pose, carriers);
   if (!outside.ok() || frame == kWorldFrame) return outside;
   FramedBody body{outside->position.sector, {}};
   numbers_in(body.state.position) = outside->position.local;
   body.state.rotation = rotation_of(outside->orientation);
-  const absl::StatusOr<FramePlace> place = frame_place(settings, frame, time);
+  const absl::StatusOr<FramePlace> place = frame_place(settings, frame, time, carriers);
   if (!place.ok()) return place.status();
   const absl::StatusOr<FramedBody> inside = into_frame(*place, frame, body, settings.sector_size);
   if (!inside.ok()) return inside.status();

@@ -41,6 +41,7 @@ inline constexpr double kDriveWayMax = 1e6;               // m, the target of a 
 inline constexpr double kFrameSpeedMax = 3e8;             // m/s, of a frame that moves
 inline constexpr double kFrameSpinMax = 1000;             // rad/s
 inline constexpr double kRegionSizeMin = 1;               // m, of a frame that moves
+inline constexpr double kAboardMax = 1e24;                // kg, kg m^2: of all that a body carries
 inline constexpr double kFrameLegMax = 1e9;               // s
 inline constexpr double kArmatureMax = 1e12;              // kg m^2, or kg: of the axis of a joint
 inline constexpr double kGainMax = 1e12;                  // of a drive or spring: N/m, N s/m; N m and rad

@@ -2,7 +2,7 @@
 // solves works as in the world's, whatever the frame's speed: what rests in it has no velocity, and sleeps.
 //
 // What is in a frame meets what is in the same frame alone, and feels what felt.h says. Its place in the
-// world follows from the path of the frame, a function of time.
+// world follows from the path of the frame, a function of time; or from where its carrier is, a body.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "lpss/grid/world_position.h"
+#include "lpss/model/body.h"
 
 namespace tessera {
 
@@ -33,6 +34,12 @@ struct FrameRegion {
 // What flies freely comes into a frame this far inside of its region, and leaves it this far outside: m.
 inline constexpr double kRegionHysteresis = 0.1;
 
+// A body of the world frame, dynamic or kinematic, that a frame is fixed to.
+struct FrameCarrier {
+  BodyId body;
+  Pose pose;  // of the frame, in the body frame
+};
+
 struct MovingFrame {
   std::string name;                                    // unique among them
   WorldPose start;                                     // at tick 0, in the world frame
@@ -42,6 +49,9 @@ struct MovingFrame {
   // Its origin falls as a body would: on a parabola, or on an orbit around a planet. It has no legs then.
   bool falls = false;
   std::vector<FrameLeg> legs;  // one after the other, from tick 0 on
+  // It goes where this body goes, and neither falls by itself nor has legs. What is above holds until the end
+  // of the first tick.
+  std::optional<FrameCarrier> carrier;
 };
 
 }  // namespace tessera

@@ -328,7 +328,7 @@ absl::Status gravity_check(const Gravity& gravity, double sector_size) {
 absl::Status fall_check(const MovingFrame& frame, const Gravity& gravity, double sector_size) {
   const auto* planet = std::get_if<CentralGravity>(&gravity);
   if (planet == nullptr) return absl::OkStatus();
-  const Eigen::Vector3d place = start_from(*planet, frame, sector_size);
+  const Eigen::Vector3d place = metres_from(*planet, frame.start.position, sector_size);
   const double pull = planet->surface * planet->radius * planet->radius;
   const double energy = frame.velocity.squaredNorm() / 2 - pull / place.norm();
   if (!(energy < 0)) return refused("velocity: it falls on no closed orbit: it escapes from the planet");
@@ -361,6 +361,14 @@ absl::Status frame_check(const MovingFrame& frame, const Gravity& gravity, doubl
                                     frame.region->size[axis], kRegionSizeMin, kStaticExtentMax, "m");
       if (!status.ok()) return status;
     }
+  }
+  if (frame.carrier) {
+    if (frame.falls || !frame.legs.empty())
+      return refused("it has a carrier, and so neither falls nor has legs");
+    absl::Status status =
+        finite("position on its carrier", frame.carrier->pose.position, kFrameReachMax, "m");
+    if (status.ok()) status = unit_quaternion("orientation on its carrier", frame.carrier->pose.orientation);
+    if (!status.ok()) return status;
   }
   if (frame.falls) {
     if (!frame.legs.empty()) return refused("it falls, and so has no legs");
@@ -467,6 +475,22 @@ absl::Status shapes_check(const WorldDescription& world) {
   return absl::OkStatus();
 }
 
+absl::Status carriers_check(const WorldDescription& world) {
+  for (const MovingFrame& frame : world.settings.frames) {
+    if (!frame.carrier) continue;
+    const std::string what = absl::StrCat("frame '", frame.name, "'");
+    const std::uint64_t place = frame.carrier->body.value;
+    if (place == 0 || place > world.bodies.size())
+      return refused(what, ": carrier ", place, " must be from 1 to ", world.bodies.size(), ", the bodies");
+    const BodyDescription& body = world.bodies[place - 1];
+    if (body.properties.motion == Motion::kStatic)
+      return refused(what, ": its carrier, ", title(body), ", must be dynamic or kinematic");
+    if (body.pose.position.sector.frame != kWorldFrame)
+      return refused(what, ": its carrier, ", title(body), ", must be in the world frame");
+  }
+  return absl::OkStatus();
+}
+
 // `names`: of the bodies.
 absl::Status named_frames_check(const WorldDescription& world, absl::flat_hash_set<absl::string_view> names) {
   for (const FrameDescription& frame : world.frames) {
@@ -520,6 +544,15 @@ absl::Status known_frame(const SectorIndex& sector, const WorldSettings& setting
                  ", the number of frames of the world that move");
 }
 
+absl::Status carrier_home(const SectorIndex& sector, BodyId body, const WorldSettings& settings) {
+  if (sector.frame == kWorldFrame) return absl::OkStatus();
+  for (const MovingFrame& frame : settings.frames) {
+    if (frame.carrier && frame.carrier->body == body)
+      return refused("it carries the frame '", frame.name, "', and stays in the world frame");
+  }
+  return absl::OkStatus();
+}
+
 absl::Status validate(const Shape& shape, const std::string& name) {
   if (shape.parts.empty()) return refused(name, ": 0 parts must be at least 1");
   if (shape.parts.size() > kShapePartsMax) {
@@ -571,6 +604,7 @@ absl::Status validate(const WorldDescription& world) {
     }
   }
   if (absl::Status status = named_frames_check(world, std::move(names)); !status.ok()) return status;
+  if (absl::Status status = carriers_check(world); !status.ok()) return status;
   return validate_joints(world);
 }
 

@@ -25,6 +25,9 @@ absl::Status validate(const BodyDescription& body, const Shape& shape, const Wor
 // Whether the sector belongs to a frame of the world.
 absl::Status known_frame(const SectorIndex& sector, const WorldSettings& settings);
 
+// A body that carries a frame stays in the world frame.
+absl::Status carrier_home(const SectorIndex& sector, BodyId body, const WorldSettings& settings);
+
 // A joint between bodies that exist; `parent` is null where the joint ties its child to the world.
 absl::Status validate(const JointDescription& joint, const BodyProperties* parent,
                       const BodyProperties& child, const WorldSettings& settings);

@@ -48,4 +48,20 @@ absl::Status move_by(WorldDescription& world, const SectorOffset& offset) {
   return absl::OkStatus();
 }
 
+void place_carried(WorldDescription& world) {
+  for (MovingFrame& frame : world.settings.frames) {
+    if (!frame.carrier || frame.carrier->body.value - 1 >= world.bodies.size()) continue;
+    const BodyDescription& body = world.bodies[frame.carrier->body.value - 1];
+    if (body.pose.position.sector.frame != kWorldFrame) continue;
+    const absl::StatusOr<WorldPose> start =
+        compose(body.pose, frame.carrier->pose, world.settings.sector_size);
+    if (!start.ok()) continue;
+    frame.start = *start;
+    frame.spin = body.angular_velocity;
+    const Eigen::Vector3d lever =
+        body.pose.orientation * (frame.carrier->pose.position - centre_frame(body.properties).position);
+    frame.velocity = body.linear_velocity + frame.spin.cross(lever);
+  }
+}
+
 }  // namespace tessera

@@ -59,4 +59,8 @@ struct WorldDescription {
 // something would leave the 64-bit range; the world is then unchanged.
 absl::Status move_by(WorldDescription& world, const SectorOffset& offset);
 
+// Puts frames with carriers where these are. A frame whose carrier is not there, or not in the world frame,
+// stays as it is: validate() refuses it.
+void place_carried(WorldDescription& world);
+
 }  // namespace tessera

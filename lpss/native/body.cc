@@ -48,10 +48,7 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
   const bool is_damped = linear_damping != 1 || angular_damping != 1;
   flies_fine = settings.fine_flight && is_dynamic() && !is_damped;
   if (is_dynamic()) {
-    inverse_mass = Scalar(1 / record.properties.mass);
-    moments = vector(record.properties.inertia);
-    inverse_moments = moments.cwiseInverse();
-    nimbleness = nimbleness_of(*this, record.properties.mass);
+    set_mass(record.properties.mass, record.properties.inertia);
     // Half the extent of the thinnest part.
     for (const SweptBall& ball : solid->swept_balls()) {
       const Scalar beyond = ball.radius * Scalar(1.25);
@@ -99,6 +96,13 @@ Scalar Body::surge_of(const Wrench& wrench, Scalar dt) const {
   const Scalar acceleration = vector(wrench.force).norm() * inverse_mass + turn.norm() * solid->swing();
   const Scalar way = acceleration * (dt * dt);
   return way < Scalar(kSurgeMax) ? way : Scalar(kSurgeMax);  // also of what is no number
+}
+
+void Body::set_mass(double mass, const std::array<double, 3>& principal_moments) {
+  inverse_mass = Scalar(1 / mass);
+  moments = vector(principal_moments);
+  inverse_moments = moments.cwiseInverse();
+  nimbleness = nimbleness_of(*this, mass);
 }
 
 void Body::set_surface(const Surface& given) {

@@ -44,6 +44,7 @@ struct Body {
 
   BodyState state() const;
   void set_state(const BodyState& state);
+  void set_mass(double mass, const std::array<double, 3>& principal_moments);
   void set_surface(const Surface& given);
   // What is a trigger as a whole has no category left that contacts and queries could meet.
   void set_sensor(Sensor given);

@@ -161,6 +161,12 @@ void NativeWorld::set_gravity(BodySlot slot, const Eigen::Vector3d& acceleration
   pulled.exact_gravity = acceleration;
 }
 
+void NativeWorld::set_mass(BodySlot slot, double mass, const std::array<double, 3>& moments) {
+  Body& loaded = body(slot);
+  loaded.set_mass(mass, moments);
+  note_home(loaded, homes_);
+}
+
 void NativeWorld::set_turning(BodySlot slot, const FrameTurn& turning) {
   body(slot).turning = std::make_unique<const FrameTurn>(turning);
 }

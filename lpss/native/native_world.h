@@ -69,6 +69,7 @@ class NativeWorld final : public SectorWorld {
   Wrench total_wrench(BodySlot slot) const override;
   void set_total_wrench(BodySlot slot, const Wrench& wrench) override;
   void fly(BodySlot slot, double dt) override;
+  void set_mass(BodySlot slot, double mass, const std::array<double, 3>& moments) override;
   bool flew(BodySlot slot) const override { return body(slot).flies; }
   void end_flight(BodySlot slot, const Eigen::Vector3d& acceleration, double dt) override;
   std::vector<StoppedBody> integrate(double dt, const ParallelFor& parallel) override;

@@ -31,6 +31,7 @@ void place_home(Partition& partition, HomeBody& body, const BodyState& state) {
   world.set_gravity(body.slot,
                     partition.felt_in(sector.index)
                         .at(sector.index, Eigen::Vector3d(state.position.data()), body.properties.gravity));
+  load_ballast(partition, body);
   if (body.properties.motion == Motion::kKinematic) insert_by_id(sector.kinematics, body);
   if (is_pushed(body.properties)) insert_by_id(sector.pushed, body);
   if (!body.programs.empty()) {
@@ -155,6 +156,21 @@ BodyRecord remove_home(Partition& partition, HomeBody& body) {
 
 BodyRecord record_of(const HomeBody& body) {
   return {body.id, body.sector->index, body.properties, body.sector->world->state(body.slot), body.programs};
+}
+
+void load_ballast(const Partition& partition, HomeBody& body) {
+  Ballast sum;
+  bool carries = false;
+  for (const CarriedFrame& carried : partition.carried) {
+    if (partition.settings.frames[carried.frame - 1].carrier->body != body.id) continue;
+    carries = true;
+    sum.mass += carried.ballast.mass;
+    sum.inertia += carried.ballast.inertia;
+  }
+  if (!carries || body.properties.motion != Motion::kDynamic) return;
+  std::array<double, 3> moments = body.properties.inertia;
+  for (double& moment : moments) moment += sum.inertia;
+  body.sector->world->set_mass(body.slot, body.properties.mass + sum.mass, moments);
 }
 
 void attend(HomeBody& body) {

@@ -39,6 +39,9 @@ void set_home_properties(Partition& partition, HomeBody& body, const BodyPropert
 // Of a body that lives here; it is not woken.
 void set_lasting_force(HomeBody& body, const std::optional<LastingForce>& lasting);
 
+// Has a body that lives here and carries frames be solved with what is aboard (Partition::carried).
+void load_ballast(const Partition& partition, HomeBody& body);
+
 // Takes it away; the body is gone from the partition.
 BodyRecord remove_home(Partition& partition, HomeBody& body);
 

@@ -28,6 +28,15 @@ bool may_be_packed(const Sector& sector) {
                      [](const auto& clone) { return is_at_rest(*clone.second); });
 }
 
+// Carriers, and what is aboard of one that is dynamic, count in each tick.
+bool counts_at_rest(const Partition& partition, const Sector& sector) {
+  return std::ranges::any_of(partition.carried, [&](const CarriedFrame& carried) {
+    const BodyId carrier = partition.settings.frames[carried.frame - 1].carrier->body;
+    return (carried.is_borne && carried.frame == sector.index.frame) ||
+           std::ranges::any_of(sector.homes, [&](const HomeBody* body) { return body->id == carrier; });
+  });
+}
+
 void pack(Partition& partition, Sector& sector) {
   std::vector<std::pair<BodyId, BodyId>> touching;
   if (sector.world) {
@@ -58,7 +67,7 @@ void pack_resting(Partition& partition) {
     const auto found = partition.sectors.find(index);
     if (found == partition.sectors.end() || found->second->rests_since != since) continue;
     Sector& sector = *found->second;
-    if (may_be_packed(sector)) {
+    if (may_be_packed(sector) && !counts_at_rest(partition, sector)) {
       pack(partition, sector);
       --left;
     } else if (!sector.active) {

@@ -10,12 +10,25 @@ EngineSettings engine_settings(const WorldSettings& settings) {
   EngineSettings result{settings};
   result.plain_bullet = seam_rules(settings.seams).clones_are_solved();
   // A pull of 0.006 m/s^2 is less than the last digit of 30 km/s in single precision.
-  const bool varies =
-      std::holds_alternative<CentralGravity>(settings.gravity) ||
-      std::ranges::any_of(settings.frames, [](const MovingFrame& frame) { return !frame.spin.isZero(0); });
+  const bool varies = std::holds_alternative<CentralGravity>(settings.gravity) ||
+                      std::ranges::any_of(settings.frames, [](const MovingFrame& frame) {
+                        return frame.carrier || !frame.spin.isZero(0);
+                      });
   result.fine_flight = settings.precision == Precision::kFloat32 && varies;
   return result;
 }
+
+namespace {
+
+std::vector<CarriedFrame> carried_at_start(const WorldSettings& settings) {
+  std::vector<CarriedFrame> carried;
+  for (FrameNumber frame = 1; frame <= settings.frames.size(); ++frame) {
+    if (settings.frames[frame - 1].carrier) carried.push_back(tessera::carried_at_start(settings, frame));
+  }
+  return carried;
+}
+
+}  // namespace
 
 Partition::Partition(PartitionOptions options, Engine& engine_of_settings)
     : settings(std::move(options.settings)),
@@ -30,7 +43,8 @@ Partition::Partition(PartitionOptions options, Engine& engine_of_settings)
       engine(engine_of_settings),
       margins(seam_margins(settings.sector_size, settings.time_step, 0)),
       statics(settings.sector_size, options.tiles != nullptr ? *options.tiles : TileStore::of_process()),
-      felt(felt_in_frames(settings, 0)),
+      carried(carried_at_start(settings)),
+      felt(felt_in_frames(settings, 0, carried)),
       felt_changes(felt.size(), 1) {}
 
 }  // namespace tessera

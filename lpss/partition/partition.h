@@ -77,6 +77,7 @@ struct Partition {
   double radius_max = 0;  // m, of the largest body that can move that the world has ever had
   SeamMargins margins;    // follow from it
   StaticIndex statics;
+  std::vector<CarriedFrame> carried;  // frames with carriers, ascending: at the end of the last tick
   // By FrameNumber: in the tick that runs, or else in the last one; and how often it has changed so far.
   std::vector<Felt> felt;
   std::vector<std::uint64_t> felt_changes;

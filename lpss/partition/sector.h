@@ -14,6 +14,7 @@
 #include "lpss/engine/engine.h"
 #include "lpss/grid/offset_set.h"
 #include "lpss/grid/sector_index.h"
+#include "lpss/partition/burden_sums.h"
 #include "lpss/partition/island_part.h"
 
 namespace tessera {
@@ -112,6 +113,7 @@ struct Sector {
   std::uint64_t rests_since = 0;      // of its last place in the partition's list of those at rest
   bool awake = false;                 // a body or clone in the engine world is
   bool components_stale = false;      // bodies came or went since the components were found
+  std::optional<BurdenSums> resting;  // of its bodies, while it is not active and somebody has asked
   std::uint64_t felt_changes = 0;     // as Partition::felt_changes was when its bodies last felt all
 
   // Of the last detection.

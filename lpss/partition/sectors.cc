@@ -35,6 +35,7 @@ void make_world(Partition& partition, Sector& sector, const Eigen::AlignedBox3d&
 void activate(Partition& partition, Sector& sector) {
   if (sector.active) return;
   sector.active = true;
+  sector.resting.reset();
   partition.active.push_back(&sector);
   partition.body_moves.note_stirred(sector.index);
 }

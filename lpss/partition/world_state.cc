@@ -23,6 +23,7 @@ SharedState lately_heard(const Partition& partition) {
   SharedState state;
   state.at_rest = partition.at_rest;
   state.acts = partition.acts;
+  state.carried = partition.carried;
   for (const auto& [id, replica] : partition.replicas) {
     if (!replica->known_everywhere) continue;
     state.known_replicas.push_back({introduction_of(*replica), update_of(*replica)});
@@ -40,6 +41,7 @@ void hear(Partition& partition, const SharedState& state) {
   }
   partition.at_rest = state.at_rest;
   partition.acts = state.acts;
+  if (!state.carried.empty()) partition.carried = state.carried;
 }
 
 std::vector<ShapeEntry> shapes_of(const Partition& partition) {

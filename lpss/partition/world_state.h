@@ -26,6 +26,7 @@ struct SharedState {
   std::vector<JointTie> joints;     // of all of them where all partitions know them (joints.h); likewise
   std::vector<KnownReplica> known_replicas;  // likewise
   std::vector<Command> acts;                 // what programs do at the beginning of the next tick
+  std::vector<CarriedFrame> carried;         // as Partition::carried
 };
 
 // Between ticks. The same from every partition of a world.

@@ -43,18 +43,6 @@ BodyRecord ball_of(const Simulation& simulation) {
   return ball.value_or(BodyRecord{});
 }
 
-// m, of a point of a body from the origin of the world; the point relative to its centre, along its axes.
-Vector3d seen_from_outside(const Simulation& simulation, const BodyRecord& body,
-                           const Vector3d& point = Vector3d::Zero()) {
-  const WorldSettings& settings = simulation.partition().settings;
-  const double time = static_cast<double>(simulation.tick()) * settings.time_step;
-  const Vector3d local = Vector3d(body.state.position.data()) + quaternion_of(body.state) * point;
-  const WorldPose pose{{body.home, local}, Eigen::Quaterniond::Identity()};
-  const bool is_outside = body.home.frame == kWorldFrame;
-  const WorldPosition place = is_outside ? pose.position : pose_in_world(settings, time, pose)->position;
-  return relative_to(place, {}, settings.sector_size);
-}
-
 TEST(Crossings, ABallThrownFromATrainFliesOn) {
   const Vector3d place(2, 0, 1);
   const Vector3d velocity(1, 4, 3);
@@ -160,12 +148,6 @@ WorldDescription stack_and_ferry(bool has_ferry, double sector_size = 16) {
   return world;
 }
 
-std::vector<BodyRecord> bodies_of(const Simulation& simulation) {
-  std::vector<BodyRecord> bodies;
-  simulation.for_each_body([&](const BodyRecord& body) { bodies.push_back(body); });
-  return bodies;
-}
-
 TEST(Crossings, AStackThatSlidesAboardStaysWhole) {
   const auto ferry = simulation_of(stack_and_ferry(true));
   const auto ground = simulation_of(stack_and_ferry(false));
@@ -227,32 +209,6 @@ double gap_of(const Simulation& simulation) {
     worst = std::max(worst, (seen_from_outside(simulation, bodies[n], {-0.5, 0, 0}) - end).norm());
   }
   return worst;
-}
-
-struct Momentum {
-  Vector3d linear = Vector3d::Zero();   // kg m/s
-  Vector3d angular = Vector3d::Zero();  // kg m^2/s, about the origin of the world
-};
-
-// Seen from outside.
-Momentum momentum_of(const Simulation& simulation) {
-  const WorldSettings& settings = simulation.partition().settings;
-  const double time = static_cast<double>(simulation.tick()) * settings.time_step;
-  Momentum sum;
-  for (const BodyRecord& body : bodies_of(simulation)) {
-    FramedBody outside{body.home, body.state};
-    if (body.home.frame != kWorldFrame)
-      outside = *out_of_frame(*frame_place(settings, body.home.frame, time), outside, settings.sector_size);
-    const Vector3d velocity(outside.state.linear_velocity.data());
-    const Eigen::Matrix3d axes = quaternion_of(outside.state).toRotationMatrix();
-    const Vector3d rate(outside.state.angular_velocity.data());
-    const Vector3d spin =
-        axes * Vector3d(body.properties.inertia.data()).asDiagonal() * axes.transpose() * rate;
-    sum.linear += body.properties.mass * velocity;
-    sum.angular +=
-        spin + seen_from_outside(simulation, body).cross(Vector3d(body.properties.mass * velocity));
-  }
-  return sum;
 }
 
 TEST(Crossings, WhatJointsHoldLeavesAsOne) {

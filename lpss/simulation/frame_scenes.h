@@ -3,12 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "lpss/engine/test_world.h"
+#include "lpss/model/frame_motion.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/simulation.h"
 #include "lpss/simulation/test_runs.h"
@@ -79,6 +81,53 @@ inline int asleep(const Simulation& simulation) {
 
 inline void run_for(Simulation& simulation, double seconds) {
   for (long tick = 0; tick < std::lround(seconds / simulation.partition().dt()); ++tick) simulation.step();
+}
+
+inline std::vector<BodyRecord> bodies_of(const Simulation& simulation) {
+  std::vector<BodyRecord> bodies;
+  simulation.for_each_body([&](const BodyRecord& body) { bodies.push_back(body); });
+  return bodies;
+}
+
+// A body in sectors of the world frame.
+inline FramedBody outside(const Simulation& simulation, const BodyRecord& body) {
+  const FramedBody here{body.home, body.state};
+  if (body.home.frame == kWorldFrame) return here;
+  const Partition& partition = simulation.partition();
+  const auto carried = std::ranges::find(partition.carried, body.home.frame, &CarriedFrame::frame);
+  const double time = static_cast<double>(simulation.tick()) * partition.dt();
+  const FramePlace place = carried != partition.carried.end()
+                               ? carried->place
+                               : *frame_place(partition.settings, body.home.frame, time);
+  return *out_of_frame(place, here, partition.sector_size());
+}
+
+// m, of a point of a body from the origin of the world; the point relative to its centre, along its axes.
+inline Vector3d seen_from_outside(const Simulation& simulation, const BodyRecord& body,
+                                  const Vector3d& point = Vector3d::Zero()) {
+  const FramedBody seen = outside(simulation, body);
+  const Vector3d local = Vector3d(seen.state.position.data()) + quaternion_of(seen.state) * point;
+  return relative_to({seen.home, local}, {}, simulation.partition().sector_size());
+}
+
+struct Momentum {
+  Vector3d linear = Vector3d::Zero();   // kg m/s
+  Vector3d angular = Vector3d::Zero();  // kg m^2/s, about the origin of the world
+};
+
+// Of all bodies, seen from outside.
+inline Momentum momentum_of(const Simulation& simulation) {
+  Momentum sum;
+  for (const BodyRecord& body : bodies_of(simulation)) {
+    const BodyState state = outside(simulation, body).state;
+    const Vector3d momentum = body.properties.mass * Vector3d(state.linear_velocity.data());
+    const Eigen::Matrix3d axes = quaternion_of(state).toRotationMatrix();
+    const Vector3d moments(body.properties.inertia.data());
+    sum.linear += momentum;
+    sum.angular += seen_from_outside(simulation, body).cross(momentum) +
+                   axes * moments.asDiagonal() * axes.transpose() * Vector3d(state.angular_velocity.data());
+  }
+  return sum;
 }
 
 }  // namespace tessera::frame_scenes

@@ -280,6 +280,29 @@ absl::Status check_joints(const MovedBody& moved, Records& records) {
   return absl::OkStatus();
 }
 
+// Of the frames that have carriers; a state of before these has none.
+absl::Status check_carried(std::span<const CarriedFrame> carried, std::span<const CarriedFrame> known) {
+  if (carried.empty()) return absl::OkStatus();
+  if (!std::ranges::equal(carried, known, {}, &CarriedFrame::frame, &CarriedFrame::frame))
+    return refused("frames with carriers are not those of the settings");
+  for (const CarriedFrame& frame : carried) {
+    const std::string what = absl::StrCat("frame ", frame.frame);
+    const FramePlace& place = frame.place;
+    absl::Status status = finite("position", place.origin.local, kFrameReachMax, "m");
+    if (status.ok()) status = unit_quaternion("orientation", place.orientation);
+    if (status.ok()) status = finite("velocity", place.velocity);
+    if (status.ok()) status = finite("spin", place.spin);
+    if (status.ok()) status = finite("acceleration", frame.acceleration);
+    if (status.ok()) status = finite("angular acceleration", frame.angular_acceleration);
+    if (status.ok()) status = finite("owed momentum", frame.owed);
+    if (status.ok()) status = finite("owed angular momentum", frame.owed_spin);
+    if (status.ok()) status = bounded("mass aboard", frame.ballast.mass, 0, kAboardMax, "kg");
+    if (status.ok()) status = bounded("inertia aboard", frame.ballast.inertia, 0, kAboardMax, "kg m^2");
+    if (!status.ok()) return in(what, status);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status check(const Partition& partition, std::span<const BodyRecord> records,
@@ -307,6 +330,7 @@ absl::Status check(const Partition& partition, const SharedState& shared,
     if (status = records.add(record); !status.ok()) return status;
   }
   if (status = checks.acts(shared.acts); !status.ok()) return status;
+  if (status = check_carried(shared.carried, partition.carried); !status.ok()) return status;
   if (status = check_ties(shared.joints); !status.ok()) return status;
   for (const KnownReplica& known : shared.known_replicas) {
     status = checks.properties(known.introduction.id, known.introduction.properties);

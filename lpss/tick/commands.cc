@@ -16,6 +16,7 @@
 #include "lpss/partition/sectors.h"
 #include "lpss/partition/statics.h"
 #include "lpss/programs/registry.h"
+#include "lpss/tick/frames.h"
 #include "lpss/tick/landings.h"
 #include "lpss/tick/radial_impulse.h"
 
@@ -174,6 +175,7 @@ class Commands {
 
   void carry_out(const SpawnBody& c) { add_body(partition_, c.record); }
   void carry_out(const RemoveBody& c) {
+    halt_carried(partition_, c.id);
     remove_body(partition_, c.id);
     if (c.last_of) forget_shape(partition_, *c.last_of);
     landings_.forget(c.id);

@@ -31,6 +31,8 @@ struct TickContext {
   std::vector<BodyId>
       changed_triggers;  // into which something came, or which it left; each may be in it often
 
+  std::vector<FrameBurden> burdens;  // of frames with carriers, as far as they live here
+
   // For those who watch.
   std::vector<JointId> joints_removed;  // by programs
   std::vector<Divergence> divergences;

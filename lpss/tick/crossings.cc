@@ -4,8 +4,10 @@
 #include <iterator>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <utility>
 
+#include "lpss/base/rotation.h"
 #include "lpss/model/frame_motion.h"
 #include "lpss/partition/bodies.h"
 
@@ -53,6 +55,29 @@ bool is_joined_to_what_is_fixed(const Partition& partition, const HomeBody& body
          });
 }
 
+// At the end of a tick: of a frame with a carrier, as far as it is known before others tell.
+absl::StatusOr<FramePlace> place_of(const Partition& partition, FrameNumber frame, Tick tick, bool is_told) {
+  const auto carried = std::ranges::find(partition.carried, frame, &CarriedFrame::frame);
+  if (carried == partition.carried.end())
+    return frame_place(partition.settings, frame, static_cast<double>(tick) * partition.dt());
+  FramePlace place = carried->place;
+  if (is_told) return place;
+  const double dt = partition.dt();
+  place.velocity += carried->acceleration * dt;
+  place.spin += carried->angular_acceleration * dt;
+  place.orientation = (rotation_by(place.spin * dt) * place.orientation).normalized();
+  absl::StatusOr<WorldPosition> origin =
+      canonical(place.origin.sector, place.origin.local + place.velocity * dt, partition.sector_size());
+  if (!origin.ok()) return origin.status();
+  place.origin = *origin;
+  return place;
+}
+
+absl::StatusOr<FramedBody> across(const FramePlace& place, FrameNumber frame, bool comes_in,
+                                  const FramedBody& body, double sector_size) {
+  return comes_in ? into_frame(place, frame, body, sector_size) : out_of_frame(place, body, sector_size);
+}
+
 double speed_of(const BodyState& state) { return Vector3d(state.linear_velocity.data()).norm(); }
 
 // The crossings of one partition in one tick.
@@ -60,10 +85,9 @@ class Crossings {
  public:
   Crossings(const Partition& partition, Tick tick) : partition_(partition), size_(partition.sector_size()) {
     const std::vector<MovingFrame>& frames = partition.settings.frames;
-    const double time = static_cast<double>(tick) * partition.dt();
     for (FrameNumber frame = 1; frame <= frames.size(); ++frame) {
       if (!frames[frame - 1].region) continue;
-      const absl::StatusOr<FramePlace> place = frame_place(partition.settings, frame, time);
+      const absl::StatusOr<FramePlace> place = place_of(partition, frame, tick, /*is_told=*/false);
       if (place.ok()) borders_.push_back({frame, &*frames[frame - 1].region, *place});
     }
   }
@@ -117,19 +141,18 @@ class Crossings {
     if (border == nullptr) return std::nullopt;
     const bool comes_in = sector.index.frame == kWorldFrame;
     const bool is_held = touches_what_is_fixed(partition_, sector, component);
-    Crossing crossing{bodies.front()->id, bodies.size(), comes_in ? border->frame : kWorldFrame, {}};
+    Crossing crossing{bodies.front()->id, bodies.size(), border->frame, comes_in, {}};
     for (const HomeBody* body : bodies) {
-      if (sector.world->activity(body->slot) == Activity::kAsleep || crossed_by(sector, *body) != border ||
-          is_joined_to_what_is_fixed(partition_, *body))
-        return std::nullopt;
+      const bool stays =
+          sector.world->activity(body->slot) == Activity::kAsleep || crossed_by(sector, *body) != border ||
+          is_joined_to_what_is_fixed(partition_, *body) || carries_a_frame(partition_.settings, body->id);
+      if (stays) return std::nullopt;
       const FramedBody now{sector.index, sector.world->state(body->slot)};
-      const absl::StatusOr<FramedBody> then = comes_in ? into_frame(border->place, border->frame, now, size_)
-                                                       : out_of_frame(border->place, now, size_);
+      const absl::StatusOr<FramedBody> then = across(border->place, border->frame, comes_in, now, size_);
       const double bound =
           is_held || (comes_in && !body->programs.empty()) ? speed_of(now.state) + kBoardingSpeed : kSpeedMax;
       if (!then.ok() || speed_of(then->state) > std::min(bound, kSpeedMax)) return std::nullopt;
-      Teleport& jump = crossing.jumps.emplace_back(Teleport{body->id, then->home, then->state});
-      jump.keeps_contacts = true;
+      crossing.crossing.push_back({body->id, now.home, now.state});
     }
     if (component.part == Component::kInterior) return crossing;
     const SeamIsland island =
@@ -161,20 +184,29 @@ void append_crossings(const Partition& partition, Tick tick, ProgramActs& acts) 
   }
 }
 
-std::vector<Teleport> agreed_jumps(std::vector<Crossing> crossings) {
-  std::ranges::stable_sort(crossings, {},
-                           [](const Crossing& crossing) { return std::pair(crossing.island, crossing.to); });
+std::vector<Teleport> agreed_jumps(const Partition& partition, Tick tick, std::vector<Crossing> crossings) {
+  const auto order = [](const Crossing& crossing) {
+    return std::tuple(crossing.island, crossing.frame, crossing.comes_in);
+  };
+  std::ranges::stable_sort(crossings, {}, order);
   std::vector<Teleport> jumps;
   for (auto part = crossings.begin(); part != crossings.end();) {
-    const auto end = std::find_if(part, crossings.end(), [&](const Crossing& other) {
-      return other.island != part->island || other.to != part->to;
-    });
-    std::uint64_t going = 0;
-    for (auto each = part; each != end; ++each) going += each->jumps.size();
-    const bool all_go = going == part->bodies;
+    const auto end = std::ranges::find_if(
+        part, crossings.end(), [&](const Crossing& other) { return order(other) != order(*part); });
+    const absl::StatusOr<FramePlace> place = place_of(partition, part->frame, tick, /*is_told=*/true);
+    const std::uint64_t bodies = part->bodies;
+    std::vector<Teleport> island;
     for (; part != end; ++part) {
-      if (all_go) std::ranges::move(part->jumps, std::back_inserter(jumps));
+      for (const CrossingBody& body : part->crossing) {
+        if (!place.ok()) continue;
+        const absl::StatusOr<FramedBody> then =
+            across(*place, part->frame, part->comes_in, {body.home, body.state}, partition.sector_size());
+        if (!then.ok()) continue;
+        Teleport& jump = island.emplace_back(Teleport{body.id, then->home, then->state});
+        jump.keeps_contacts = true;
+      }
     }
+    if (island.size() == bodies) std::ranges::move(island, std::back_inserter(jumps));
   }
   std::ranges::sort(jumps, {}, [](const Teleport& jump) { return jump.id; });
   return jumps;

@@ -15,12 +15,13 @@ inline constexpr double kBoardingSpeed = 3;
 // Whether bodies may change their frames in this tick.
 bool may_cross(const Partition& partition);
 
-// What takes islands into other frames at the beginning of the next tick: those of which each body is inside
-// the region of one, or outside that of its own, by kRegionHysteresis. Joints and contacts with what a frame
-// is made of hold an island in it (see kBoardingSpeed).
+// Islands all of whose bodies that live here are inside the region of a frame, or outside that of their own,
+// by kRegionHysteresis. Joints and contacts with what a frame is made of hold an island in it (see
+// kBoardingSpeed). Bodies that carry frames stay in the world's.
 void append_crossings(const Partition& partition, Tick tick, ProgramActs& acts);
 
-// The jumps of the islands all of whose bodies are to go to the same frame, ascending by body.
-std::vector<Teleport> agreed_jumps(std::vector<Crossing> crossings);
+// Where the bodies of those islands that cross whole are at the beginning of the next tick, ascending by
+// body. After take_carried().
+std::vector<Teleport> agreed_jumps(const Partition& partition, Tick tick, std::vector<Crossing> crossings);
 
 }  // namespace tessera

@@ -36,13 +36,20 @@ void wake_all(Partition& partition, FrameNumber frame) {
   }
 }
 
+// A carrier turns at times, and at others it does not: what is aboard is told how it flies in either case.
+bool may_turn(const Partition& partition, const Sector& sector) {
+  const FrameNumber frame = sector.index.frame;
+  return partition.felt_in(sector.index).turns() ||
+         (frame != kWorldFrame && partition.settings.frames[frame - 1].carrier);
+}
+
 void feel(const Partition& partition, Sector& sector, const HomeBody& body) {
   if (body.properties.motion != Motion::kDynamic) return;
   const Felt& felt = partition.felt_in(sector.index);
   const Vector3d position = sector.world->position(body.slot);
   const bool has_gravity = body.properties.gravity;
   sector.world->set_gravity(body.slot, felt.at(sector.index, position, has_gravity));
-  if (!felt.turns()) return;
+  if (!may_turn(partition, sector)) return;
   const BodyState state = sector.world->state(body.slot);
   const Vector3d velocity(state.linear_velocity.data());
   const Eigen::Matrix3d axes = quaternion_of(state).toRotationMatrix();
@@ -56,9 +63,42 @@ void feel(const Partition& partition, Sector& sector, const HomeBody& body) {
 
 }  // namespace
 
+void append_carried(const Partition& partition, ProgramActs& acts) {
+  for (const CarriedFrame& before : partition.carried) {
+    const auto found = partition.bodies.find(partition.settings.frames[before.frame - 1].carrier->body);
+    // A program may have taken it into another frame, where its own frame does not follow.
+    if (found == partition.bodies.end() || found->second->sector->index.frame != kWorldFrame) continue;
+    const HomeBody& body = *found->second;
+    const absl::StatusOr<CarriedFrame> now =
+        carried_on(partition.settings, before, record_of(body), body.kinematic_target.has_value());
+    if (now.ok() && *now != before) acts.carried.push_back(*now);
+  }
+}
+
+void take_carried(Partition& partition, const std::vector<ProgramActs>& acts) {
+  for (const ProgramActs& some : acts) {
+    for (const CarriedFrame& now : some.carried) {
+      const auto known = std::ranges::find(partition.carried, now.frame, &CarriedFrame::frame);
+      if (known != partition.carried.end()) *known = now;
+    }
+  }
+}
+
+void halt_carried(Partition& partition, BodyId carrier) {
+  for (CarriedFrame& carried : partition.carried) {
+    if (partition.settings.frames[carried.frame - 1].carrier->body != carrier) continue;
+    CarriedFrame still;
+    still.frame = carried.frame;
+    still.place.origin = carried.place.origin;
+    still.place.orientation = carried.place.orientation;
+    carried = still;
+  }
+}
+
 bool begin_frames(Partition& partition, Tick tick) {
   if (partition.settings.frames.empty()) return false;
-  const std::vector<Felt> before = std::exchange(partition.felt, felt_in_frames(partition.settings, tick));
+  const std::vector<Felt> before =
+      std::exchange(partition.felt, felt_in_frames(partition.settings, tick, partition.carried));
   bool is_changed = false;
   for (FrameNumber frame = kWorldFrame + 1; frame < partition.felt.size(); ++frame) {
     if (!partition.felt[frame].is_as(before[frame])) ++partition.felt_changes[frame];
@@ -70,7 +110,7 @@ bool begin_frames(Partition& partition, Tick tick) {
 }
 
 void set_felt(Partition& partition, Tick tick) {
-  partition.felt = felt_in_frames(partition.settings, tick);
+  partition.felt = felt_in_frames(partition.settings, tick, partition.carried);
   for (std::uint64_t& changes : partition.felt_changes) ++changes;
 }
 
@@ -79,7 +119,7 @@ void set_felt(Partition& partition, Tick tick) {
 void feel(const Partition& partition, Sector& sector, const ParallelFor& parallel) {
   const std::uint64_t changes = partition.felt_changes[sector.index.frame];
   const bool is_known = std::exchange(sector.felt_changes, changes) == changes;
-  if (is_known && partition.felt_in(sector.index).is_uniform()) return;
+  if (is_known && partition.felt_in(sector.index).is_uniform() && !may_turn(partition, sector)) return;
   run_in_pieces(parallel, sector.homes.size(), kBodiesInPiece, [&](std::size_t n) {
     const HomeBody& body = *sector.homes[n];
     if (!is_known || sector.world->activity(body.slot) != Activity::kAsleep) feel(partition, sector, body);

@@ -30,6 +30,7 @@
 #include "lpss/model/contact_phase.h"
 #include "lpss/model/joint.h"
 #include "lpss/partition/body_joints.h"
+#include "lpss/partition/burden_sums.h"
 #include "lpss/partition/contact_patch.h"
 #include "lpss/partition/island_part.h"
 #include "lpss/partition/moved_sector.h"
@@ -197,17 +198,37 @@ struct ProgramAct {
   Command command;
 };
 
-// Bodies of an island that are to be in another frame from the next tick on, if all of the island are.
+// A body at the end of a tick.
+struct CrossingBody {
+  BodyId id;
+  SectorIndex home;
+  BodyState state;
+};
+
+// Bodies of an island that have crossed the border of a frame; they are on the other side from the next tick
+// on, if all of the island have.
 struct Crossing {
   BodyId island;
   std::uint64_t bodies = 0;  // in all of the island
-  FrameNumber to = kWorldFrame;
-  std::vector<Teleport> jumps;
+  FrameNumber frame = kWorldFrame;
+  bool comes_in = false;  // into that frame; otherwise, out of it
+  std::vector<CrossingBody> crossing;
+};
+
+// The bodies aboard a carrier that live on one server, as a tick begins and as it ends.
+struct FrameBurden {
+  FrameNumber frame = kWorldFrame;
+  BurdenSums before;
+  BurdenSums after;
+  // Of the carrier's centre of mass in the frame, m: from where it lives, if it is dynamic.
+  std::optional<Eigen::Vector3d> centre;
 };
 
 struct ProgramActs {
   std::vector<ProgramAct> acts;  // in the order of (by, program), and as the program gave them
   std::vector<Crossing> crossings;
+  std::vector<CarriedFrame> carried;  // by bodies of the sender, where they have moved
+  std::vector<FrameBurden> burdens;
 };
 
 using RoundMessage = std::variant<Agreement, Transfer, Exchange, std::shared_ptr<const Seams>, Shipment,

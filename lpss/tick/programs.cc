@@ -16,7 +16,6 @@
 #include "lpss/partition/bodies.h"
 #include "lpss/partition/packing.h"
 #include "lpss/programs/registry.h"
-#include "lpss/tick/crossings.h"
 
 namespace tessera {
 namespace {
@@ -492,17 +491,13 @@ void ProgramPhase::act(Running& running) {
   for (double& value : record.values) value = std::isfinite(value) ? value : 0;
 }
 
-std::vector<Command> collected_acts(std::vector<ProgramActs> acts) {
+std::vector<Command> collected_acts(std::vector<ProgramActs>& acts) {
   std::vector<ProgramAct> all;
   for (ProgramActs& some : acts) std::ranges::move(some.acts, std::back_inserter(all));
   std::ranges::stable_sort(all, {}, [](const ProgramAct& act) { return std::pair(act.by, act.program); });
   std::vector<Command> commands;
   commands.reserve(all.size());
   for (ProgramAct& act : all) commands.push_back(std::move(act.command));
-  // Last, since programs have acted on what they saw in the frame before.
-  std::vector<Crossing> crossings;
-  for (ProgramActs& some : acts) std::ranges::move(some.crossings, std::back_inserter(crossings));
-  for (Teleport& jump : agreed_jumps(std::move(crossings))) commands.push_back(std::move(jump));
   return commands;
 }
 

@@ -88,7 +88,7 @@ class ProgramPhase {
 };
 
 // The acts of all servers, in the order of (by, program).
-std::vector<Command> collected_acts(std::vector<ProgramActs> acts);
+std::vector<Command> collected_acts(std::vector<ProgramActs>& acts);
 
 // Adds what wakes the programs of triggers into which something came, or which it left.
 void append_wakes(std::vector<BodyId> triggers, ProgramActs& acts);

@@ -10,6 +10,7 @@
 #include "lpss/base/invariant.h"
 #include "lpss/partition/packing.h"
 #include "lpss/partition/statics.h"
+#include "lpss/tick/burden.h"
 #include "lpss/tick/cloning.h"
 #include "lpss/tick/commands.h"
 #include "lpss/tick/components.h"
@@ -280,7 +281,7 @@ std::optional<Round> TickMachine::advance(std::vector<std::optional<RoundMessage
       return run_programs(messages<ProgramAnswers>(inbox));
     case RoundKind::kActs:
       clock_.enter(TickPhase::kPrograms);
-      partition_.acts = collected_acts(messages<ProgramActs>(inbox));
+      take_acts(messages<ProgramActs>(inbox));
       end_tick();
       return std::nullopt;
   }
@@ -311,7 +312,7 @@ std::optional<Round> TickMachine::exchange_round() {
   std::vector<Exchange> outbox(partition_.map.servers());
   clock_.enter(TickPhase::kSectorization);
   // Also where all of them are about to leave for others.
-  bool has_programs = partition_.programmed_count > 0 || may_cross(partition_);
+  bool has_programs = partition_.programmed_count > 0 || may_cross(partition_) || !partition_.carried.empty();
   std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, outbox, context_.stopped);
   foresee_drives(partition_);
   send_contact_points(partition_, outbox);
@@ -358,6 +359,8 @@ Round TickMachine::seams_round(std::vector<Exchange> inbox) {
   take_contact_points(partition_, inbox);
 
   clock_.enter(TickPhase::kDetection);
+  context_.burdens = begin_burdens(partition_);
+  load_carriers(partition_);
   context_.stepped = detect(partition_, parallel_);
   context_.trigger_events =
       look_at_triggers(partition_, tick_, context_.vacated, parallel_, context_.changed_triggers);
@@ -487,10 +490,25 @@ std::optional<Round> TickMachine::run_programs(const std::vector<ProgramAnswers>
   programs_.reset();
   append_wakes(context_.changed_triggers, acts);
   append_crossings(partition_, tick_, acts);
+  append_carried(partition_, acts);
+  end_burdens(partition_, context_.burdens);
+  acts.burdens = std::move(context_.burdens);
   Round result = round(RoundKind::kActs);
   for (auto& message : result.to) message = acts;
   result.from.flip();
   return result;
+}
+
+// Bodies change frames after programs have acted on them, which saw them in the frame before.
+void TickMachine::take_acts(std::vector<ProgramActs> acts) {
+  const std::vector<CarriedFrame> before = partition_.carried;
+  take_carried(partition_, acts);
+  partition_.acts = collected_acts(acts);
+  for (Command& push : bear_burdens(partition_, before, acts)) partition_.acts.push_back(std::move(push));
+  std::vector<Crossing> crossings;
+  for (ProgramActs& some : acts) std::ranges::move(some.crossings, std::back_inserter(crossings));
+  for (const Teleport& jump : agreed_jumps(partition_, tick_, std::move(crossings)))
+    partition_.acts.push_back(jump);
 }
 
 void TickMachine::end_tick() {

@@ -91,6 +91,7 @@ class TickMachine {
   void note_loads(JointId joint, const JointLoads& loads);
   std::optional<Round> integrate_round(const std::vector<Solution>& inbox);
   std::optional<Round> run_programs(const std::vector<ProgramAnswers>& inbox);
+  void take_acts(std::vector<ProgramActs> acts);
   void end_tick();
   void note_divergences();
   void rest();

@@ -244,6 +244,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("busy", 180),
       from_file("earth", 60),
       from_file("falling", 180),
+      from_file("ferry", 420),
       from_file("flee", 300),
       flee_in("rs"),
       flee_in("ts"),

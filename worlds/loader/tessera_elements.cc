@@ -45,6 +45,8 @@ absl::StatusOr<bool> choice(const Element& element, absl::string_view text, absl
 
 absl::Status read_setting(const Element& element, WorldSettings& settings) {
   const WorldSetting* setting = find_setting(element.Name());
+  if (setting == nullptr && absl::StartsWith(element.Name(), "tessera:"))
+    return xml::invalid(element, "no setting: it belongs into the <world>, beside <tessera:settings>");
   if (setting == nullptr) return xml::invalid(element, "unknown setting");
   const absl::Status status = set_from_text(*setting, xml::text_of(element), settings);
   if (!status.ok()) return xml::error_at(element, status.code(), status.message());
@@ -162,7 +164,7 @@ absl::StatusOr<MovingFrame> take_moving_frame(Element& element, double sector_si
   MovingFrame result;
   const absl::StatusOr<PlacementExtras> extras = take_extras(element);
   if (!extras.ok()) return extras.status();
-  if (absl::Status status = xml::only_attributes(element, {"name", "velocity", "spin", "falls"});
+  if (absl::Status status = xml::only_attributes(element, {"name", "velocity", "spin", "falls", "carrier"});
       !status.ok())
     return status;
   const absl::StatusOr<std::string> name = xml::required_attribute(element, "name");
@@ -189,6 +191,14 @@ absl::StatusOr<MovingFrame> take_moving_frame(Element& element, double sector_si
       return xml::invalid(*child, "a <tessera:frame> starts relative to the world");
     pose = start->pose;
     element.DeleteChild(child);
+  }
+  if (element.Attribute("carrier")) {
+    for (const char* attribute : {"velocity", "spin"}) {
+      if (element.Attribute(attribute))
+        return xml::invalid(element, "with a 'carrier', whose velocities it has, there is no '", attribute,
+                            "'");
+    }
+    result.carrier = FrameCarrier{{}, pose};
   }
   const WorldPose sector{{{extras->sector.i, extras->sector.j, extras->sector.k}}};
   const absl::StatusOr<WorldPose> start = compose(sector, pose, sector_size);

@@ -141,6 +141,25 @@ TEST(Places, InFramesThatMove) {
   EXPECT_EQ(at("rider::l").sector.frame, 2u);
 }
 
+TEST(Places, OnACarrier) {
+  const LoadedWorld loaded = load(
+      world("<tessera:frame name='deck' carrier='ship::l'><pose>0 0 2 0 0 0</pose>" +
+            model("crate", "<pose>1 0 0 0 0 0</pose>") + "</tessera:frame>" +
+            model("ship", "<pose>30 0 0 0 0 0</pose><tessera:velocity linear='4 0 0' angular='0 1 0'/>")));
+  ASSERT_EQ(loaded.world.settings.frames.size(), 1u);
+  const MovingFrame& deck = loaded.world.settings.frames.front();
+  ASSERT_TRUE(deck.carrier.has_value());
+  EXPECT_EQ(loaded.world.bodies[deck.carrier->body.value - 1].name, "ship::l");
+  EXPECT_EQ(deck.carrier->pose.position, Eigen::Vector3d(0, 0, 2));
+  EXPECT_LT(
+      (relative_to(deck.start.position, {}, loaded.world.settings.sector_size) - Eigen::Vector3d(30, 0, 2))
+          .norm(),
+      1e-12);
+  EXPECT_LT((deck.velocity - Eigen::Vector3d(6, 0, 0)).norm(), 1e-12);
+  EXPECT_EQ(deck.spin, Eigen::Vector3d(0, 1, 0));
+  EXPECT_EQ(body_named(loaded, "crate::l").pose.position.sector.frame, 1u);
+}
+
 TEST(Places, FramesInsideAModel) {
   const LoadedWorld loaded = load(
       world("<model name='m'><frame name='f'><pose>0 0 4 0 0 0</pose></frame><link name='a'>" + kUnitBox +

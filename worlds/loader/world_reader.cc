@@ -71,6 +71,7 @@ class WorldReader {
   absl::Status read_element(Element& element, const WorldPose& scope, bool in_group);
   absl::Status read_site_group(Element& site);
   absl::Status read_moving_frame(Element& frame);
+  absl::Status find_carriers();
   absl::Status read_model(Element& model, const WorldPose& scope);
   absl::Status read_include(Element& include, const WorldPose& scope);
   absl::Status read_frame(Element& frame, const WorldPose& scope);
@@ -192,6 +193,7 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     if (placed.joint == nullptr) continue;
     if (absl::Status status = add_world_joint(placed); !status.ok()) return status;
   }
+  if (absl::Status status = find_carriers(); !status.ok()) return status;
   if (absl::Status status = programs_.resolve(world_, notices_); !status.ok()) return status;
   world_.settings.modules = sources_.modules();
   world_.shapes = shapes_.take();
@@ -287,6 +289,24 @@ absl::Status WorldReader::read_moving_frame(Element& frame) {
   frames.push_back(*std::move(moving));
   if (absl::Status status = add(placed); !status.ok()) return status;
   return read_scope(frame, placed.scope);
+}
+
+// By the names of bodies, all of which are known once all is read.
+absl::Status WorldReader::find_carriers() {
+  for (const Placed& placed : placed_) {
+    const FrameNumber number = placed.scope.position.sector.frame;
+    if (number == kWorldFrame || !xml::is(*placed.element, "tessera:frame")) continue;
+    MovingFrame& frame = world_.settings.frames[number - 1];
+    if (!frame.carrier) continue;
+    const std::string name = placed.element->Attribute("carrier");
+    const auto body = std::ranges::find(world_.bodies, name, &BodyDescription::name);
+    if (body == world_.bodies.end())
+      return xml::invalid(*placed.element, "carrier '", name,
+                          "' is no body of the world; its form is MODEL::LINK");
+    frame.carrier->body.value = static_cast<std::uint64_t>(body - world_.bodies.begin()) + 1;
+  }
+  place_carried(world_);
+  return absl::OkStatus();
 }
 
 absl::Status WorldReader::read_model(Element& model, const WorldPose& scope) {

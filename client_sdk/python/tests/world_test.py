@@ -93,6 +93,27 @@ def test_program_that_is_not_there_is_named(monkeypatch: pytest.MonkeyPatch) -> 
         tessera.Cluster()
 
 
+def test_a_hull_carries_its_deck(client: tessera.Client) -> None:
+    deck = tessera.MovingFrame("deck", (0, 0, 1), carrier=1)
+    world = tessera.World("ferry", tessera.Settings(frames=[deck]))
+    hull = tessera.Body("hull", tessera.box(8, 4, 2), 1000, (3, 0, 0), motion=tessera.Motion.KINEMATIC)
+    hull.linear_velocity = (2, 0, 0)
+    world.add(hull)
+    floor = tessera.Body(
+        "floor", tessera.box(8, 4, 1), 1, tessera.WorldPosition((0, 0, -0.5), frame=1), motion=tessera.Motion.STATIC
+    )
+    world.add(floor)
+    world.add(tessera.Body("crate", tessera.box(1, 1, 1), 10, tessera.WorldPosition((1, 0, 0.5), frame=1)))
+    client.load(world, replace=True)
+    client.step(60)
+    states = client.body_states()
+    assert states.frames.tolist() == [0, 1]
+    assert states.local[0] == pytest.approx([5, 0, 0], abs=1e-3)
+    assert states.local[1] == pytest.approx([1, 0, 0.5], abs=1e-3)
+    with pytest.raises(tessera.InvalidArgument, match="body 'hull': it carries the frame 'deck'"):
+        client.teleport("hull", tessera.WorldPosition((0, 0, 5), frame=1))
+
+
 def test_what_rests_in_a_ship_sleeps(client: tessera.Client) -> None:
     ship = tessera.MovingFrame("ship", velocity=(7800, 0, 0), legs=[(3, (0, 0, 0)), (1, (0, -4, 0))])
     world = tessera.World("ship", tessera.Settings(frames=[ship]))

@@ -69,7 +69,10 @@ class MovingFrame:
     spin: VectorLike = (0.0, 0.0, 0.0)  # rad/s, about its origin; it stays
     falls: bool = False  # its origin, as a body would: on an orbit around a planet
     legs: Sequence[tuple[float, VectorLike]] = ()  # s, and m/s^2 of its origin; one after the other, from tick 0 on
-    # m, in the frame: of the box in which what flies freely comes into it, and outside of which it leaves
+    # The place of a body in the world's list, from 1 on: the frame goes where that goes, and neither falls nor has
+    # velocities and legs. `position` (m) and `orientation` are those of the frame in the body frame.
+    carrier: int = 0
+    # m, in the frame: of the box in which islands come into it, and outside of which they leave
     region: VectorLike | None = None
     region_centre: VectorLike = (0.0, 0.0, 0.0)
 
@@ -85,6 +88,12 @@ class MovingFrame:
                 for seconds, acceleration in self.legs
             ],
         )
+        if self.carrier:
+            pose = world_pose_message(self.position, self.orientation)
+            result.ClearField("start")
+            result.carrier.body = self.carrier
+            result.carrier.pose.position.CopyFrom(pose.position.local)
+            result.carrier.pose.orientation.CopyFrom(pose.orientation)
         if self.region is not None:
             result.region_size.CopyFrom(vector_message(self.region, "region"))
             result.region_centre.CopyFrom(vector_message(self.region_centre, "region_centre"))

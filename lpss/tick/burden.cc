@@ -1,0 +1,212 @@
+#include "lpss/tick/burden.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "lpss/model/gravity.h"
+#include "lpss/model/limits.h"
+#include "lpss/partition/bodies.h"
+
+namespace tessera {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// The sums as numbers; in the frame, about a point of it.
+struct Burden {
+  double mass = 0;                       // kg
+  Vector3d first = Vector3d::Zero();     // kg m
+  Matrix3d inertia = Matrix3d::Zero();   // kg m^2, of all as one rigid body
+  Vector3d momentum = Vector3d::Zero();  // kg m/s, against the frame
+  Vector3d spin = Vector3d::Zero();      // kg m^2/s, likewise
+};
+
+Matrix3d symmetric(const std::array<ExactSum, 6>& sums) {
+  Matrix3d m;
+  m << sums[0].value(), sums[1].value(), sums[2].value(), sums[1].value(), sums[3].value(), sums[4].value(),
+      sums[2].value(), sums[4].value(), sums[5].value();
+  return m;
+}
+
+Vector3d vector(const std::array<ExactSum, 3>& sums) {
+  return {sums[0].value(), sums[1].value(), sums[2].value()};
+}
+
+void add(const Vector3d& v, std::array<ExactSum, 3>& sums) {
+  for (std::size_t n = 0; n < 3; ++n) sums[n].add(v[static_cast<int>(n)]);
+}
+
+void add(const Matrix3d& m, std::array<ExactSum, 6>& sums) {
+  const std::array<double, 6> values = {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)};
+  for (std::size_t n = 0; n < 6; ++n) sums[n].add(values[n]);
+}
+
+// About a point of the frame.
+Burden about(const BurdenSums& sums, const Vector3d& point) {
+  Burden burden;
+  burden.mass = sums.mass.value();
+  const Vector3d first = vector(sums.first);
+  burden.first = first - burden.mass * point;
+  const Matrix3d second = symmetric(sums.second) - first * point.transpose() - point * first.transpose() +
+                          burden.mass * point * point.transpose();
+  burden.inertia = second.trace() * Matrix3d::Identity() - second + symmetric(sums.inertia);
+  burden.momentum = vector(sums.momentum);
+  burden.spin = vector(sums.spin) - point.cross(burden.momentum);
+  return burden;
+}
+
+// Of what is aboard, against a carrier that is turned like its frame; world axes, about its centre of mass.
+struct Relative {
+  Vector3d linear;   // kg m/s
+  Vector3d angular;  // kg m^2/s
+};
+
+Relative relative(const Burden& burden, const FramePlace& place) {
+  const Vector3d spin = place.orientation.conjugate() * place.spin;
+  return {place.orientation * Vector3d(burden.momentum + spin.cross(burden.first)),
+          place.orientation * Vector3d(burden.inertia * spin + burden.spin)};
+}
+
+// m/s, of a point of the frame.
+Vector3d velocity_at(const FramePlace& place, const Vector3d& point) {
+  return place.velocity + place.spin.cross(place.orientation * point);
+}
+
+// Adds what a tick has made of what is aboard; and weighs the ballast of the next one.
+void owe(const Partition& partition, const FramePlace& from, const FrameBurden& all, CarriedFrame& carried) {
+  const FramePlace& to = carried.place;
+  const Burden was = about(all.before, *all.centre);
+  const Burden is = about(all.after, *all.centre);
+  const Relative earlier = relative(was, from);
+  const Relative later = relative(is, to);
+  const Vector3d local = to.origin.local + to.orientation * *all.centre;
+  const Vector3d pull =
+      acceleration_at(partition.settings.gravity, to.origin.sector, local, partition.sector_size()) *
+      partition.dt();
+  const Vector3d change = velocity_at(to, *all.centre) - velocity_at(from, *all.centre) - pull;
+  carried.owed += earlier.linear - later.linear + (carried.ballast.mass - is.mass) * change;
+  carried.owed_spin += earlier.angular - later.angular + carried.ballast.inertia * (to.spin - from.spin) -
+                       Vector3d(to.orientation * is.first).cross(change);
+  carried.ballast = {is.mass, is.inertia.trace() / 2};
+}
+
+// A tick pays half of what is owed, since what floats aboard answers a tick late, and the rest if it is
+// little: with all of it, what is far from the centre of a lighter carrier would swing up.
+Wrench paid(CarriedFrame& carried, double dt) {
+  static constexpr double kShare = 0.5;
+  static constexpr double kLittle = 1e-9;  // m/s, rad/s
+  const auto pay = [](Vector3d& owed, double little, double most) {
+    Vector3d share = owed.norm() <= little ? owed : Vector3d(owed * kShare);
+    if (const double size = share.norm(); size > most) share *= most / size;
+    owed -= share;
+    return share;
+  };
+  const Vector3d force = pay(carried.owed, kLittle * carried.ballast.mass, kForceMax * dt) / dt;
+  const Vector3d torque = pay(carried.owed_spin, kLittle * carried.ballast.inertia, kTorqueMax * dt) / dt;
+  return {{force.x(), force.y(), force.z()}, {torque.x(), torque.y(), torque.z()}};
+}
+
+BurdenSums sums_of(const Sector& sector, double sector_size) {
+  BurdenSums sums;
+  const Vector3d middle = metres_between({0, 0, 0, sector.index.frame}, sector.index, sector_size);
+  for (const HomeBody* body : sector.homes) {
+    if (body->properties.motion != Motion::kDynamic) continue;
+    const BodyState state = sector.world->state(body->slot);
+    const double mass = body->properties.mass;
+    const Vector3d place = middle + Vector3d(state.position.data());
+    const Vector3d momentum = mass * Vector3d(state.linear_velocity.data());
+    const Matrix3d axes = quaternion_of(state).toRotationMatrix();
+    const Matrix3d inertia = axes * Vector3d(body->properties.inertia.data()).asDiagonal() * axes.transpose();
+    sums.mass.add(mass);
+    add(mass * place, sums.first);
+    add(mass * place * place.transpose(), sums.second);
+    add(inertia, sums.inertia);
+    add(momentum, sums.momentum);
+    add(place.cross(momentum) + inertia * Vector3d(state.angular_velocity.data()), sums.spin);
+    sums.awake += state.activity == Activity::kAsleep ? 0 : 1;
+  }
+  return sums;
+}
+
+}  // namespace
+
+BurdenSums burden_of(const Partition& partition, FrameNumber frame) {
+  BurdenSums sums;
+  for (const auto& [index, sector] : partition.sectors) {
+    if (index.frame != frame || !sector->world) continue;
+    if (sector->active) {
+      sums += sums_of(*sector, partition.sector_size());
+      continue;
+    }
+    if (!sector->resting) sector->resting = sums_of(*sector, partition.sector_size());
+    sums += *sector->resting;
+  }
+  return sums;
+}
+
+void load_carriers(Partition& partition) {
+  for (const CarriedFrame& carried : partition.carried) {
+    const auto body = partition.bodies.find(partition.settings.frames[carried.frame - 1].carrier->body);
+    if (body != partition.bodies.end()) load_ballast(partition, *body->second);
+  }
+}
+
+std::vector<FrameBurden> begin_burdens(const Partition& partition) {
+  std::vector<FrameBurden> burdens;
+  for (const CarriedFrame& carried : partition.carried) {
+    FrameBurden& burden = burdens.emplace_back();
+    burden.frame = carried.frame;
+    if (carried.is_borne) burden.before = burden_of(partition, carried.frame);
+  }
+  return burdens;
+}
+
+void end_burdens(const Partition& partition, std::vector<FrameBurden>& burdens) {
+  for (std::size_t n = 0; n < burdens.size(); ++n) {
+    FrameBurden& burden = burdens[n];
+    if (partition.carried[n].is_borne) burden.after = burden_of(partition, burden.frame);
+    const FrameCarrier& carrier = *partition.settings.frames[burden.frame - 1].carrier;
+    const auto body = partition.bodies.find(carrier.body);
+    if (body == partition.bodies.end() || body->second->properties.motion != Motion::kDynamic) continue;
+    burden.centre = (carrier.pose.inverse() * centre_frame(body->second->properties)).position;
+  }
+}
+
+std::vector<Command> bear_burdens(Partition& partition, const std::vector<CarriedFrame>& before,
+                                  const std::vector<ProgramActs>& acts) {
+  std::vector<Command> pushes;
+  for (std::size_t n = 0; n < partition.carried.size(); ++n) {
+    CarriedFrame& carried = partition.carried[n];
+    FrameBurden all;
+    for (const ProgramActs& some : acts) {
+      for (const FrameBurden& burden : some.burdens) {
+        if (burden.frame != carried.frame) continue;
+        all.before += burden.before;
+        all.after += burden.after;
+        if (burden.centre) all.centre = burden.centre;
+      }
+    }
+    if (!std::exchange(carried.is_borne, all.centre.has_value()) || !all.centre) {
+      carried.ballast = {};
+      continue;
+    }
+    owe(partition, before[n].place, all, carried);
+    const bool is_still = carried.place == before[n].place && carried.place.velocity.isZero(0);
+    if (is_still && all.after.awake == 0) continue;
+    const Wrench wrench = paid(carried, partition.dt());
+    // What rests aboard lets its carrier rest.
+    const BodyId carrier = partition.settings.frames[carried.frame - 1].carrier->body;
+    if (wrench == Wrench{}) continue;
+    if (all.after.awake > 0) {
+      pushes.push_back(ApplyForce{carrier, wrench});
+    } else {
+      pushes.push_back(PushBody{carrier, wrench});
+    }
+  }
+  return pushes;
+}
+
+}  // namespace tessera
