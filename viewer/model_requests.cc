@@ -1,5 +1,7 @@
 #include "viewer/model_requests.h"
 
+#include <absl/strings/ascii.h>
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -18,6 +20,8 @@ using nlohmann::json;
 
 constexpr std::uint64_t kNamesMax = 30;
 constexpr std::uint64_t kPartsMax = 500;
+constexpr std::size_t kFoundMax = 500;
+constexpr std::uint64_t kSearchedMax = 20'000;
 
 json number_or_null(double number) { return std::isfinite(number) ? json(number) : json(); }
 
@@ -75,6 +79,21 @@ absl::StatusOr<json> names(Client& client, const json& request) {
   json all = json::array();
   for (const FoundBody& body : found->bodies) all.push_back({{"id", body.id.value}, {"name", body.name}});
   return json{{"names", std::move(all)}, {"truncated", found->truncated}};
+}
+
+absl::StatusOr<json> search(Client& client, const json& request) {
+  const std::string text = absl::AsciiStrToLower(request.at("text").get<std::string>());
+  const absl::StatusOr<FoundBodies> found = client.find_bodies({.limit = kSearchedMax}, kRequestTimeout);
+  if (!found.ok()) return found.status();
+  json all = json::array();
+  bool truncated = found->truncated;
+  for (const FoundBody& body : found->bodies) {
+    if (!absl::StrContains(absl::AsciiStrToLower(body.name), text)) continue;
+    truncated |= all.size() == kFoundMax;
+    if (all.size() == kFoundMax) break;
+    all.push_back({{"id", body.id.value}, {"name", body.name}});
+  }
+  return json{{"names", std::move(all)}, {"truncated", truncated}};
 }
 
 absl::StatusOr<json> model(Client& client, const json& request) {

@@ -12,6 +12,10 @@ namespace tessera::viewer {
 // {"text"}: the first bodies whose names begin with it, as {"names": [{"id", "name"}], "truncated"}.
 absl::StatusOr<nlohmann::json> names(Client& client, const nlohmann::json& request);
 
+// {"text"}: likewise the first bodies whose names have it anywhere, in large or small letters, of the first
+// 20,000 bodies of the world.
+absl::StatusOr<nlohmann::json> search(Client& client, const nlohmann::json& request);
+
 // {"model"}: its bodies, and its joints with their axes: where they are (rad or m), their limits (null:
 // none), and where their drives lead them (null: they do not).
 absl::StatusOr<nlohmann::json> model(Client& client, const nlohmann::json& request);

@@ -183,6 +183,7 @@ absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report
   if (what == "places") return places(client, report, sector_size);
   if (what == "programs") return programs(client, request);
   if (what == "names") return names(client, request);
+  if (what == "search") return search(client, request);
   if (what == "model") return model(client, request);
   if (read_only) return absl::PermissionDeniedError(absl::StrCat(what, ": this web UI is read-only"));
   if (what == "pause") return tick_of(client.pause(kRequestTimeout));

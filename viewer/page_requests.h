@@ -1,5 +1,5 @@
 // Requests of the web UI to the cluster, one at a time: {"do": "pause" | "resume" | "step" | "spawn" |
-// "push" | "remove" | "drive" | "pick" | "find" | "names" | "model" | "places" | "programs", ...}.
+// "push" | "remove" | "drive" | "pick" | "find" | "names" | "search" | "model" | "places" | "programs", ...}.
 #pragma once
 
 #include <absl/time/time.h>

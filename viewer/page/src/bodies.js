@@ -42,6 +42,9 @@ export class Bodies {
   set mode(mode) {
     this.#mode = mode;
     uniforms.uLooks.value = mode === 'look' ? 1 : 0;
+    this.repaint();
+  }
+  repaint() {
     for (const [id, body] of this.#shown) this.#paint(id, body);
   }
   set selected(id) {

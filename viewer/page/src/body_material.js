@@ -7,6 +7,8 @@ export const uniforms = {
   uSectorSize: {value: 128},
   uHeight: {value: 800},  // of the picture, in pixels
   uLooks: {value: 0},     // 1: bodies that have colours of their own show them
+  uGroundDim: {value: 0.42},  // what colours of static bodies are multiplied by, between the lines
+  uGroundLine: {value: [0.32, 0.42, 0.52]},
 };
 
 export const kShadowMapSize = 2048;  // pixels
@@ -43,7 +45,8 @@ const kVertexHead = `
 `;
 
 const kFragmentHead = `
-  uniform float uSectorSize;
+  uniform float uSectorSize, uGroundDim;
+  uniform vec3 uGroundLine;
   varying vec3 vTint, vLocal, vSize, vPlace, vFacing;
   varying float vGround;
   float lines(vec2 at, vec2 pixel, float spacing) {
@@ -98,8 +101,8 @@ function adapt(material, isBox, hasColours) {
         diffuseColor.rgb = vTint * vTint;
         ${hasColours ? kOwnColours : ''}
         ${isBox ? kEdges : ''}
-        vec3 dark = diffuseColor.rgb * 0.42;
-        if (vGround > 0.5) diffuseColor.rgb = mix(dark, vec3(0.32, 0.42, 0.52), ground());`);
+        vec3 plain = diffuseColor.rgb * uGroundDim;
+        if (vGround > 0.5) diffuseColor.rgb = mix(plain, uGroundLine, ground());`);
   };
   material.customProgramCacheKey = () => `body ${isBox} ${hasColours}`;
   return material;

@@ -1,16 +1,14 @@
-// Colours for servers, sectors, speed and sleep.
+// Colours for servers, sectors, speed and sleep. They differ for eyes that lack one kind of cones, too: the unit test
+// computes how far.
 
-export const kServerColours = [
-  '#6ea8fe', '#f2a65a', '#7ccf9a', '#d58bd6', '#e3c567', '#6fc7d6', '#e58080', '#a99cf0', '#b5c77a', '#e89ac0'
-];
-const kSectorColours =
-    ['#6ea8fe', '#f2a65a', '#7ccf9a', '#d58bd6', '#e3c567', '#6fc7d6', '#e58080', '#a99cf0'];
-const kStatic = '#4b5560';
+export const kServerColours =
+    ['#6ea8fe', '#f2a65a', '#757628', '#dbe9b5', '#8959aa', '#d0526d', '#56f3ea', '#b7849b'];
+const kSectorColours = kServerColours;
 const kPlain = '#a4afba';  // of what has no look, among what has one
-const kAwake = '#63d2b8';
-const kAsleep = '#56657a';
-const kSpeeds =
-    [[0, '#4d5f7a'], [0.05, '#4f8fba'], [0.5, '#63d2b8'], [3, '#e3c567'], [12, '#e5735f'], [60, '#ff5c8a']];
+export const kAwake = '#7ee0c4';
+export const kAsleep = '#56657a';
+export const kSpeeds =
+    [[0, '#40587a'], [0.05, '#2f7fb5'], [0.5, '#35b39b'], [3, '#c9c54a'], [12, '#ffe9a3'], [60, '#ffffff']];
 
 const parse = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 const mix = (a, b, share) => a.map((x, n) => x + (b[n] - x) * share);
@@ -18,11 +16,17 @@ const mix = (a, b, share) => a.map((x, n) => x + (b[n] - x) * share);
 const servers = kServerColours.map(parse);
 const sectors = kSectorColours.map(parse);
 const speeds = kSpeeds.map(([speed, hex]) => [speed, parse(hex)]);
-const still = parse(kStatic);
+let still = [75, 85, 96];
 const plain = parse(kPlain);
 const awake = parse(kAwake);
 const asleep = parse(kAsleep);
-const dim = parse('#39424e');
+let dim = still;
+
+// What depends on the theme: `still` for static bodies, `asleep` for what those at rest are mixed with.
+export function useColours({still: ofStatic, asleep: ofAsleep}) {
+  still = parse(ofStatic);
+  dim = parse(ofAsleep);
+}
 
 export const serverColour = (place) => kServerColours[place % kServerColours.length];
 

@@ -2,9 +2,12 @@
 import {serverColour} from './colours.js';
 import {number, Plot} from './plot.js';
 
-const kTeal = '#63d2b8';
-const kBlue = '#6ea8fe';
-const kAmber = '#e3c567';
+// Names of colours of the theme.
+const kTeal = 'teal';
+const kBlue = 'blue';
+const kAmber = 'amber';
+
+const kFirstCounters = ['bodies_awake', 'contacts'];  // the others are behind a fold
 
 export function element(tag, text, className) {
   const made = document.createElement(tag);
@@ -20,11 +23,18 @@ export function fill(list, facts) {
 const megabytes = (bytes) => `${number(bytes / 1e6)} MB`;
 const times = ({p50, p99, max}) => [p50, p99, max].map((ms) => ms.toFixed(2)).join(' / ');
 
+function tile(name, value) {
+  const made = element('div');
+  made.append(element('b', number(value)), element('small', name.replaceAll('_', ' ')));
+  return made;
+}
+
 // One row for each server; a click shows the details.
 class ServerRow {
   constructor(parent, place) {
     this.element = element('div');
     const head = element('button');
+    head.setAttribute('aria-expanded', 'false');
     const swatch = element('i');
     swatch.style.background = serverColour(place);
     this.name = element('span');
@@ -38,6 +48,7 @@ class ServerRow {
         this.more, 'bodies, clones', '', [{name: 'bodies', colour: kBlue}, {name: 'clones', colour: kAmber}]);
     head.onclick = () => {
       this.more.hidden = !this.more.hidden;
+      head.setAttribute('aria-expanded', String(!this.more.hidden));
       this.plot.draw();
     };
     this.element.append(head, this.more);
@@ -68,16 +79,17 @@ class ServerRow {
 }
 
 export class Dashboard {
-  constructor({tiles, plots, servers}) {
-    this.tiles = tiles;
-    this.servers = servers;
-    const plot = (title, unit, ...lines) => new Plot(plots, title, unit, lines);
+  constructor({tiles, plots, moreTiles, morePlots, servers}) {
+    Object.assign(this, {tiles, moreTiles, servers});
+    let parent = plots;
+    const plot = (title, unit, ...lines) => new Plot(parent, title, unit, lines);
     this.pace = plot('real-time factor', '×', {name: 'now', colour: kTeal});
     this.tick = plot(
         'slowest server\'s tick', 'ms', {name: 'p50 since the load', colour: kTeal},
         {name: 'p99 since the load', colour: kAmber});
     this.awake =
         plot('bodies awake, contacts', '', {name: 'awake', colour: kTeal}, {name: 'contacts', colour: kBlue});
+    parent = morePlots;
     this.clones = plot('clones', '', {name: 'clones', colour: kAmber});
     this.islands = plot(
         'islands at seams', '', {name: 'across seams', colour: kBlue},
@@ -102,13 +114,10 @@ export class Dashboard {
 
   show({status, nodes, answers}, page) {
     const now = performance.now();
-    const counted = status.counters.map((name) => [name.replaceAll('_', ' '), status[name]]);
-    const shown = [['bodies', status.bodies], ...counted];
-    this.tiles.replaceChildren(...shown.map(([name, value]) => {
-      const tile = element('div');
-      tile.append(element('b', number(value)), element('small', name));
-      return tile;
-    }));
+    const [first, others] = [true, false].map(
+        (isFirst) => status.counters.filter((name) => kFirstCounters.includes(name) === isFirst));
+    this.tiles.replaceChildren(tile('bodies', status.bodies), ...first.map((name) => tile(name, status[name])));
+    this.moreTiles.replaceChildren(...others.map((name) => tile(name, status[name])));
     this.page.add(page.framesPerSecond, page.bytesPerSecond / 1000);
     nodes.forEach((node, place) => {
       if (!this.rows.has(node)) this.rows.set(node, new ServerRow(this.servers, place));

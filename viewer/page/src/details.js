@@ -63,8 +63,8 @@ export class Details {
 
   showSector(sector) {
     this.#begin({sector}, 'bodies, awake', '', [
-      {name: 'bodies', colour: '#6ea8fe'},
-      {name: 'awake', colour: '#63d2b8'},
+      {name: 'bodies', colour: 'blue'},
+      {name: 'awake', colour: 'teal'},
     ]);
   }
 
@@ -83,7 +83,7 @@ export class Details {
   #plotNumber(name) {
     this.#plotted = name;
     this.plotPlace.replaceChildren();
-    this.#plot = new Plot(this.plotPlace, name, '', [{name, colour: '#63d2b8'}]);
+    this.#plot = new Plot(this.plotPlace, name, '', [{name, colour: 'teal'}]);
   }
 
   #refreshChoice(names) {

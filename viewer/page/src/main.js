@@ -3,23 +3,30 @@ import {Vector3} from 'three';
 
 import {Bodies} from './bodies.js';
 import {Camera} from './camera.js';
-import {kLegends, serverColour} from './colours.js';
+import {kLegends, serverColour, useColours} from './colours.js';
 import {Connection} from './connection.js';
 import {Dashboard} from './dashboard.js';
 import {Details} from './details.js';
+import {Keys} from './keys.js';
 import {Labels} from './labels.js';
 import {Model} from './model.js';
+import {Panels} from './panels.js';
+import {distanceFor, Places} from './places.js';
 import {Player} from './player.js';
-import {number, Plot} from './plot.js';
-import {between, fromJson, moved, parseSector, sectorText, toJson} from './position.js';
+import {number, usePlotColours} from './plot.js';
+import {between, moved, sectorText, toJson} from './position.js';
+import {Radios} from './radios.js';
 import {Picture} from './scene.js';
 import {Source} from './source.js';
+import {storage} from './storage.js';
+import {Theme} from './theme.js';
 import {Tools} from './tools.js';
 
 const kHalfMin = 120;    // m: smallest region requested around the focus
 const kHalfMax = 20000;  // m: largest
 const kLookEveryMs = 250;
 const kPlacesEveryMs = 30000;
+const kRates = [0.1, 0.25, 0.5, 1, 2, 4, 10, 0];  // simulated seconds per second; 0: as fast as possible
 const kDrawForMs = 300;  // after a change, while bodies move between frames
 
 const $ = (id) => document.getElementById(id);
@@ -28,7 +35,13 @@ const bodies = new Bodies();
 const camera = new Camera($('world'));
 const picture = new Picture($('world'), bodies, new URLSearchParams(location.search).get('detail'));
 const labels = new Labels($('labels'));
-const dashboard = new Dashboard({tiles: $('tiles'), plots: $('plots'), servers: $('servers')});
+const dashboard = new Dashboard({
+  tiles: $('tiles'),
+  plots: $('plots'),
+  moreTiles: $('moreTiles'),
+  morePlots: $('morePlots'),
+  servers: $('servers'),
+});
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live`);
 const source = new Source(connection);
 const player = new Player({connection, source, bodies, notify});
@@ -37,7 +50,6 @@ const state = {
   status: null,  // the last "status" message
   pendingView: null,
   looked: null,  // {focus, half} of the last "look"
-  places: [],
   wantsPlace: true,  // go to the first place as soon as one is known
   selected: null,
   following: false,
@@ -82,59 +94,33 @@ function goTo(focus, distance) {
   lookWhereNeeded(true);
 }
 
-const distanceFor = (half) => Math.min(Math.max(2.4 * half, 14), 260);
-
 async function refreshPlaces() {
   if (!source.isOpen || !['paused', 'running', 'recording'].includes(state.status?.status.state)) return;
   try {
-    const {places} = await source.ask('places');
-    state.places = places.map((place) => ({...place, ...fromJson(place)}));
+    await places.ask();
   } catch {
     return;  // will be retried soon
   }
-  if (state.wantsPlace && state.places.length > 0) {
+  if (state.wantsPlace && places.all.length > 0) {
     state.wantsPlace = false;
-    goTo(state.places[0], distanceFor(state.places[0].half));
+    goTo(places.all[0], distanceFor(places.all[0].half));
   }
-  showPlaces();
+  places.show();
 }
 
-function showPlaces() {
-  const shown = state.places.slice(0, 50);
-  const text =
-      JSON.stringify(shown.map(({sector, bodies: count, name}) => [sector.map(String), count, name]));
-  if ($('places').dataset.shown === text) return;
-  $('places').dataset.shown = text;
-  $('places').replaceChildren(...shown.map((place) => {
-    const button = document.createElement('button');
-    const name = document.createElement('span');
-    name.textContent = place.name.split('::')[0];
-    const count = document.createElement('small');
-    count.textContent = `${number(place.bodies)} bod${place.bodies === 1 ? 'y' : 'ies'}`;
-    const sector = document.createElement('small');
-    sector.textContent = sectorText(place.sector);
-    button.append(name, count, sector);
-    button.onclick = () => goTo(place, distanceFor(place.half));
-    return button;
-  }));
-}
-
-// Of bodies whose names begin with what has been typed so far.
-async function suggestNames() {
-  const text = $('jumpText').value.trim();
-  if (player.isOn || text === '' || parseSector(text)) return;
-  const {names} = await source.ask('names', {text}).catch(() => ({names: []}));
-  $('jumpNames').replaceChildren(...names.map(({name}) => new Option(name)));
-}
-
-async function jump(text) {
-  const sector = parseSector(text);
-  if (sector) return goTo({sector, local: [0, 0, 0]});
-  const id = /^#?\d+$/.test(text.trim()) ? Number(text.trim().replace('#', '')) : text.trim();
-  const found = await source.ask('find', {body: id});
-  goTo(fromJson(found), 14);
-  select(found.body);
-}
+const places = new Places({
+  list: $('places'),
+  form: $('jump'),
+  text: $('jumpText'),
+  names: $('jumpNames'),
+  answer: $('jumpAnswer'),
+  source,
+  camera,
+  bodies,
+  goTo,
+  select: (id) => select(id),
+  isLive: () => !player.isOn,
+});
 
 // --- the selected body or sector ---
 
@@ -195,6 +181,7 @@ function refreshDetails() {
 function setFollowing(on) {
   state.following = on;
   $('follow').classList.toggle('on', on);
+  $('follow').setAttribute('aria-pressed', String(on));
   if (!on) camera.stopGliding();
 }
 
@@ -254,6 +241,7 @@ source.addEventListener('frame', ({detail}) => {
   if (detail.isKey) camera.up.set(...state.pendingView.up);
   bodies.apply(detail, state.pendingView);
   followSelected();
+  if (detail.isKey) places.arrived();
 });
 
 source.addEventListener('seams', ({detail}) => {
@@ -275,7 +263,7 @@ source.addEventListener('status', ({detail}) => {
   showLegend();
   if (!player.isOn) dashboard.show(detail, state);
   refreshDetails();
-  if (state.wantsPlace || state.places.length === 0) refreshPlaces();
+  if (state.wantsPlace || places.all.length === 0) refreshPlaces();
 });
 
 // --- controls ---
@@ -287,13 +275,14 @@ function showState(name, text) {
   $('state').className = `pill ${name}`;
   $('state').textContent = text;
   $('play').querySelector('path').setAttribute('d', name === 'running' ? kPause : kPlay);
+  $('play').setAttribute('aria-label', name === 'running' ? 'Pause' : 'Run');
 }
 
 const isLive = () => ['paused', 'running'].includes(state.status?.status.state) && state.status.answers;
 
 function enableControls() {
   const mayChange = isLive() && !state.readOnly;
-  for (const id of ['play', 'step', 'steps', 'pushUp', 'remove']) $(id).disabled = !mayChange;
+  for (const id of ['play', 'step', 'steps', 'rate', 'pushUp', 'remove']) $(id).disabled = !mayChange;
   for (const button of $('tools').children) {
     const {tool} = button.dataset;
     button.disabled = (['push', 'spawn'].includes(tool) && !mayChange) || (tool !== 'select' && player.isOn);
@@ -304,8 +293,10 @@ function enableControls() {
 
 function togglePlay() {
   if (player.isOn) return player.toggle();
-  return command(state.status?.status.state === 'running' ? 'pause' : 'resume');
+  return state.status?.status.state === 'running' ? command('pause') : resume();
 }
+
+const resume = () => command('resume', {real_time_factor: Number($('rate').value)});
 
 function step(way) {
   if (player.isOn)
@@ -318,16 +309,22 @@ const tools = new Tools({source, picture, camera, bodies, options: $('toolOption
 camera.onClick = (event) => tools.click(event);
 camera.onMove = () => setFollowing(false);
 
+const toolRadios = new Radios($('tools'), 'tool', (tool) => useTool(tool));
+const modeRadios = new Radios($('modes'), 'mode', (mode) => {
+  state.hasChosenColours = true;
+  colourBy(mode);
+});
+
 function useTool(name) {
   if ($('tools').querySelector(`[data-tool=${name}]`).disabled) return;
   tools.use(name);
   $('world').classList.toggle('tool', name !== 'select');
-  for (const button of $('tools').children) button.classList.toggle('on', button.dataset.tool === name);
+  toolRadios.show(name);
 }
 
 function colourBy(mode) {
   bodies.mode = mode;
-  for (const button of $('modes').children) button.classList.toggle('on', button.dataset.mode === mode);
+  modeRadios.show(mode);
   showLegend();
 }
 
@@ -385,22 +382,17 @@ player.onEnd = () => {
 function changeSource() {
   state.status = null;
   state.world = undefined;
-  state.places = [];
+  places.all = [];
   document.body.classList.toggle('replaying', player.isOn);
   showState('lost', 'connecting');
   enableControls();
 }
 
+$('rate').replaceChildren(...kRates.map((rate) => new Option(rate > 0 ? `${rate} ×` : 'max', rate, false, rate === 1)));
+$('rate').onchange = () => state.status?.status.state === 'running' && resume();
 $('play').onclick = togglePlay;
 $('step').onclick = () => step(1);
 $('steps').onclick = () => command('step', {ticks: 60});
-for (const button of $('tools').children) button.onclick = () => useTool(button.dataset.tool);
-for (const button of $('modes').children) {
-  button.onclick = () => {
-    state.hasChosenColours = true;
-    colourBy(button.dataset.mode);
-  };
-}
 $('contactsOn').onchange = $('seamsOn').onchange = sendMarks;
 $('gridOn').onchange = () => showGrid();
 $('shadowsOn').checked = picture.shadows;
@@ -413,11 +405,6 @@ $('deselect').onclick = () => select(null);
 $('follow').onclick = () => setFollowing(!state.following);
 $('pushUp').onclick = () => tools.pushUp(state.selected).catch((error) => notify(error.message, true));
 $('remove').onclick = () => command('remove', {body: state.selected}).then(() => select(null));
-$('jumpText').oninput = suggestNames;
-$('jump').onsubmit = (event) => {
-  event.preventDefault();
-  jump($('jumpText').value).catch((error) => notify(error.message, true));
-};
 
 const kToolKeys = {
   1: 'select',
@@ -425,31 +412,43 @@ const kToolKeys = {
   3: 'spawn',
   4: 'ray'
 };
-addEventListener('keydown', (event) => {
-  if (event.target instanceof HTMLInputElement || event.ctrlKey || event.metaKey || event.altKey) return;
-  const {key} = event;
-  if (key === ' ')
-    togglePlay();
-  else if (key === '.')
-    step(1);
-  else if (key === ',')
-    step(-1);
-  else if (key === 'f' && state.selected !== null)
-    setFollowing(!state.following);
-  else if (key === 'g')
-    $('gridOn').click();
-  else if (key === 'c')
-    $('contactsOn').click();
-  else if (key === 'b')
-    $('seamsOn').click();
-  else if (key === 'Escape')
-    select(null);
-  else if (kToolKeys[key])
-    useTool(kToolKeys[key]);
-  else
-    return;
-  event.preventDefault();
-});
+const keys = new Keys([
+  {keys: [], names: ['drag'], text: 'turn around the focus; with Shift or the right button, move'},
+  {keys: [], names: ['wheel'], text: 'zoom'},
+  {keys: [], names: ['W', 'A', 'S', 'D', 'Q', 'E'], text: 'fly, while the picture has the focus'},
+  {keys: [' '], names: ['Space'], text: 'run or pause; on a button that has the focus: press it', run: togglePlay},
+  {keys: ['.'], names: ['.'], text: 'one tick', run: () => step(1)},
+  {keys: [','], names: [','], text: 'in a recording: one tick back', run: () => step(-1)},
+  {keys: Object.keys(kToolKeys), names: Object.keys(kToolKeys), text: 'select, push, spawn, cast a ray', run: (key) => useTool(kToolKeys[key])},
+  {keys: ['f'], names: ['F'], text: 'follow the selected body', run: () => state.selected !== null && setFollowing(!state.following)},
+  {keys: ['g'], names: ['G'], text: 'show sectors', run: () => $('gridOn').click()},
+  {keys: ['c'], names: ['C'], text: 'show contacts', run: () => $('contactsOn').click()},
+  {keys: ['b'], names: ['B'], text: 'show seams', run: () => $('seamsOn').click()},
+  {keys: ['/'], names: ['/'], text: 'go to a sector or a body', run: focusJump},
+  {keys: ['Escape'], names: ['Escape'], text: 'deselect', run: () => select(null)},
+  {keys: ['?'], names: ['?'], text: 'this help', run: () => keys.showHelp()},
+], $('help'), $('helpKeys'));
+$('helpOpen').onclick = () => keys.showHelp();
+
+const panels = new Panels(document.body, {left: $('leftToggle'), right: $('rightToggle')});
+
+function focusJump() {
+  panels.reveal('left');
+  $('jumpText').focus();
+}
+
+const theme = new Theme(document.documentElement, storage, matchMedia('(prefers-color-scheme: light)'));
+theme.addEventListener('change', useTheme);
+$('themeToggle').onclick = () => theme.toggle();
+
+function useTheme() {
+  useColours(theme.colours.picture);
+  usePlotColours(theme.colours.ui);
+  picture.use(theme.colours.picture);
+  bodies.repaint();
+  $('themeToggle').setAttribute('aria-pressed', String(theme.name === 'light'));
+  redraw();
+}
 
 // --- the loop ---
 
@@ -471,7 +470,7 @@ function labelsNow() {
   }
   const {view} = bodies;
   const eye = camera.three.position;
-  for (const place of state.places.slice(0, 50)) {
+  for (const place of places.all.slice(0, 50)) {
     const local = between({sector: view.sector, local: [0, 0, 0]}, place, view.sector_size);
     const distance = new Vector3(...local).distanceTo(eye);
     if (distance < 400 + 6 * place.half || distance > 1e9) continue;
@@ -542,6 +541,7 @@ setInterval(() => {
 }, 250);
 setInterval(refreshPlaces, kPlacesEveryMs);
 
+useTheme();
 useTool('select');
 colourBy('server');
 enableControls();
@@ -555,7 +555,8 @@ window.tessera = {
   picture,
   connection,
   player,
+  places,
   goTo,
   select,
-  jump
+  jump: (text) => places.jump(text),
 };

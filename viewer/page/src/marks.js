@@ -1,6 +1,6 @@
 // What is drawn in addition to bodies: sector borders, contacts, seams, the ray, the planet.
 import {
-  AdditiveBlending, Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial,
+  Box3, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial,
   LineSegments, Mesh, MeshBasicMaterial, Points, PointsMaterial, SphereGeometry, Vector3,
 } from 'three';
 
@@ -48,13 +48,17 @@ function shellMaterial(colour) {
 
 // A cube for each sector with bodies, in the colour of its server, and one for the sector of the focus.
 export class SectorGrid {
+  #focus = new Color();
+
   constructor() { this.object = lines({vertexColors: true, opacity: 0.55, depthWrite: false}); }
+
+  use({focus}) { this.#focus.set(focus); }
 
   show(sectors, focusOffset, size) {
     const cubes =
         sectors.slice(0, kSectorsMax).map(({offset,
                                             server}) => ({offset, colour: new Color(serverColour(server))}));
-    cubes.push({offset: focusOffset, colour: new Color('#ffffff')});
+    cubes.push({offset: focusOffset, colour: this.#focus});
     const positions = new Float32Array(cubes.length * kEdges.length * 6);
     const colours = new Float32Array(positions.length);
     let at = 0;
@@ -84,22 +88,29 @@ export class Contacts {
                                opacity: 0.9
                              }));
     this.points.frustumCulled = false;
-    this.normals = lines({color: '#ffd479', opacity: 0.6, depthTest: false});
+    this.normals = lines({opacity: 0.6, depthTest: false});
     this.object = new Group();
     this.object.add(this.points, this.normals);
     this.object.visible = false;
     this.normals.visible = true;
     this.count = 0;
   }
+  #weak = new Color();
+  #strong = new Color();
+
+  // From the next contacts on.
+  use({contact: [weak, strong]}) {
+    this.#weak.set(weak);
+    this.#strong.set(strong);
+    this.normals.material.color.set(weak).lerp(this.#strong, 0.4);
+  }
 
   show({count, positions, normals, impulses}) {
     const colours = new Float32Array(3 * count);
     const ends = new Float32Array(6 * count);
-    const weak = new Color('#c98f3d');
-    const strong = new Color('#fff3cf');
     for (let n = 0; n < count; ++n) {
       const share = Math.min(1, Math.log10(1 + 10 * impulses[n]) / 3);
-      weak.clone().lerp(strong, share).toArray(colours, 3 * n);
+      this.#weak.clone().lerp(this.#strong, share).toArray(colours, 3 * n);
       for (let axis = 0; axis < 3; ++axis) {
         ends[6 * n + axis] = positions[3 * n + axis];
         ends[6 * n + 3 + axis] = positions[3 * n + axis] + kNormalLength * normals[3 * n + axis];
@@ -182,7 +193,7 @@ export class Seams {
 // The last ray cast, shown for kRaySeconds.
 export class Ray {
   constructor() {
-    this.object = lines({color: '#ff8fb1', blending: AdditiveBlending, depthTest: false});
+    this.object = lines({color: '#ff5c8a', depthTest: false});
     this.until = 0;
   }
 
@@ -202,7 +213,9 @@ export class Ray {
 
 // What the rays of a sensor have met, in the frame of its body.
 export class SensorRays {
-  constructor() { this.object = lines({color: '#8fd0ff', opacity: 0.35, depthWrite: false}); }
+  constructor() { this.object = lines({opacity: 0.35, depthWrite: false}); }
+
+  use({sensorRay}) { this.object.material.color.set(sensorRay); }
 
   // Six numbers each, from where to where.
   show(rays) {
@@ -244,11 +257,16 @@ export class Planet {
   constructor() {
     const sphere = new SphereGeometry(1, 96, 64).rotateX(Math.PI / 2);
     this.object = new Group();
-    this.ball = new Mesh(sphere, new MeshBasicMaterial({color: '#141c26', transparent: true}));
+    this.ball = new Mesh(sphere, new MeshBasicMaterial({transparent: true}));
     this.net = new LineSegments(
-        globeNet(), new LineBasicMaterial({color: '#3b5166', transparent: true, opacity: 0.5}));
+        globeNet(), new LineBasicMaterial({transparent: true, opacity: 0.5}));
     this.object.add(this.ball, this.net);
     this.object.visible = false;
+  }
+
+  use({planet, net}) {
+    this.ball.material.color.set(planet);
+    this.net.material.color.set(net);
   }
 
   // `eye` in metres from the centre of the view's sector.

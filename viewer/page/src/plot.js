@@ -2,6 +2,10 @@
 
 const kSamplesMax = 240;
 
+// Of the theme: its `ui`.
+let colours = {};
+export function usePlotColours(ui) { colours = ui; }
+
 export function number(value) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
   const size = Math.abs(value);
@@ -13,7 +17,7 @@ export function number(value) {
 }
 
 export class Plot {
-  // `lines` are {name, colour} each.
+  // `lines` are {name, colour} each, a colour by its name in the theme.
   constructor(parent, title, unit, lines) {
     this.lines = lines;
     this.samples = lines.map(() => []);
@@ -26,7 +30,7 @@ export class Plot {
     values.className = 'values';
     this.values = lines.map(({name: line, colour}) => {
       const value = document.createElement('b');
-      value.style.color = colour;
+      value.style.color = `var(--${colour})`;
       value.title = line;
       values.append(value);
       return value;
@@ -36,6 +40,7 @@ export class Plot {
     values.append(unitText);
     caption.append(name, values);
     this.canvas = document.createElement('canvas');
+    this.canvas.setAttribute('aria-hidden', 'true');
     this.element.append(caption, this.canvas);
     parent.append(this.element);
   }
@@ -63,7 +68,7 @@ export class Plot {
     const context = this.canvas.getContext('2d');
     context.scale(ratio, ratio);
     const top = Math.max(...this.samples.flat(), 1e-9) * 1.12;
-    context.strokeStyle = 'rgba(255, 255, 255, 0.07)';
+    context.strokeStyle = colours.edge;
     context.beginPath();
     for (const share of [0.5, 1]) {
       context.moveTo(0, Math.round(height * share) - 0.5);
@@ -76,7 +81,7 @@ export class Plot {
       const y = (value) => height - 1 - value / top * (height - 2);
       context.beginPath();
       samples.forEach((value, place) => context.lineTo(x(place), y(value)));
-      context.strokeStyle = this.lines[n].colour;
+      context.strokeStyle = colours[this.lines[n].colour];
       context.lineWidth = 1.5;
       context.lineJoin = 'round';
       context.stroke();
@@ -84,7 +89,7 @@ export class Plot {
       context.lineTo(width, height);
       context.lineTo(x(0), height);
       context.globalAlpha = 0.1;
-      context.fillStyle = this.lines[n].colour;
+      context.fillStyle = colours[this.lines[n].colour];
       context.fill();
       context.globalAlpha = 1;
     });

@@ -4,10 +4,9 @@ import {
   WebGLRenderer,
 } from 'three';
 
-import {kShadowMapSize} from './body_material.js';
+import {kShadowMapSize, uniforms} from './body_material.js';
 import {Contacts, Planet, Ray, Seams, SectorGrid, SensorRays} from './marks.js';
 
-const kSky = '#0e1217';
 const kSlowFrameMs = 36;
 const kSlowForMs = 1200;  // of slow frames before the next economy applies
 const kEconomies = [
@@ -39,8 +38,8 @@ export class Picture {
     this.renderer = new WebGLRenderer({canvas, antialias: isFine, powerPreference: 'high-performance'});
     this.renderer.shadowMap.type = PCFSoftShadowMap;
     this.scene = new Scene();
-    this.scene.background = new Color(kSky);
-    this.scene.fog = new Fog(kSky, 100, 1000);
+    this.scene.background = new Color();
+    this.scene.fog = new Fog(0, 100, 1000);
     this.sky = new HemisphereLight('#dfe9f5', '#4a515c', 1.9);
     this.sun = new DirectionalLight('#fff4e2', 2.6);
     this.sun.shadow.mapSize.set(kShadowMapSize, kShadowMapSize);
@@ -71,6 +70,15 @@ export class Picture {
     this.#slowMs = 0;
   }
   get shadows() { return this.sun.castShadow; }
+
+  // The colours of a theme, `picture`.
+  use(colours) {
+    this.scene.background.set(colours.sky);
+    this.scene.fog.color.set(colours.sky);
+    uniforms.uGroundDim.value = colours.groundDim;
+    uniforms.uGroundLine.value = colours.groundLine;
+    for (const mark of [this.grid, this.contacts, this.sensorRays, this.planet]) mark.use(colours);
+  }
 
   // Draws one frame; `frameMs` is the duration of the last.
   draw(camera, view, half, frameMs) {

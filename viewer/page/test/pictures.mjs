@@ -104,8 +104,8 @@ await withPage('earth', [world('earth.sdf'), '--servers', '2'], async (page, clu
   await view(page, -2.0, 0.42, 110);
   await shoot(page, 'dashboard');
   await page.evaluate(() => {
-    const {goTo, state, camera} = window.tessera;
-    const [place] = state.places;
+    const {goTo, places, camera} = window.tessera;
+    const [place] = places.all;
     goTo({sector: [0n, 0n, 0n], local: [0, 0, 0]}, 2.4e7);
     camera.yaw = Math.atan2(Number(place.sector[1]), Number(place.sector[0])) + 0.6;
     camera.pitch = 0.7;
