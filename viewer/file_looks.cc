@@ -19,18 +19,42 @@ Looks read(const std::filesystem::path& file) {
   return {};
 }
 
+bool is_ready(const std::shared_future<Looks>& looks) {
+  return looks.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
 }  // namespace
 
-FileLooks::FileLooks(const std::filesystem::path& file)
-    : looks_(std::async(file.empty() ? std::launch::deferred : std::launch::async, read, file).share()) {}
+FileLooks::FileLooks(const std::filesystem::path& file) { show(file); }
 
-bool FileLooks::is_read() const {
-  return looks_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+void FileLooks::show(const std::filesystem::path& file) {
+  std::shared_future<Looks> next =
+      std::async(file.empty() ? std::launch::deferred : std::launch::async, read, file).share();
+  const std::lock_guard lock(mutex_);
+  file_ = file;
+  if (looks_.valid()) ++files_before_;
+  std::swap(looks_, next);
+}
+
+std::uint64_t FileLooks::files_read() const {
+  const std::lock_guard lock(mutex_);
+  return files_before_ + (is_ready(looks_) ? 1 : 0);
+}
+
+std::filesystem::path FileLooks::file() const {
+  const std::lock_guard lock(mutex_);
+  return file_;
+}
+
+std::shared_future<Looks> FileLooks::looks() const {
+  const std::lock_guard lock(mutex_);
+  return looks_;
 }
 
 std::shared_ptr<const Look> FileLooks::of(const std::string& world, const std::string& body) const {
-  if (!is_read()) return nullptr;
-  const Looks& looks = looks_.get();
+  const std::shared_future<Looks> future = looks();
+  if (!is_ready(future)) return nullptr;
+  const Looks& looks = future.get();
   if (looks.world != world) return nullptr;
   const auto found = looks.bodies.find(body);
   return found == looks.bodies.end() ? nullptr : found->second;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "client_sdk/live/client_program.h"
@@ -30,6 +31,8 @@ struct Arguments {
   std::vector<std::string> hosts;
   std::string ready_file;
   std::filesystem::path looks;
+  std::filesystem::path worlds;
+  std::filesystem::path snapshots = snapshots_of_user();
   PageOptions page;
   KeysOptions keys;
   bool any_port = false;
@@ -59,9 +62,23 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--looks", arguments.looks,
                  "World file whose visuals show what bodies look like, while a world of its name is loaded");
+  app.add_option("--worlds", arguments.worlds,
+                 "Folder of world files that it offers to load; by default those of the installation");
+  app.add_option(
+      "--snapshots", arguments.snapshots,
+      "Folder in which it keeps snapshots; empty: none. By default tessera/snapshots among the states "
+      "of this user's programs");
   app.add_option("--ready-file", arguments.ready_file,
                  "Write the address of the web UI to this file once it is served");
   add_parent_option(app, arguments.exit_with_parent);
+}
+
+std::shared_ptr<const WorldShelf> shelf_of(const Arguments& arguments) {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  return std::make_shared<WorldShelf>(
+      arguments.worlds.empty() ? worlds_of_installation(program.parent_path()) : arguments.worlds,
+      arguments.snapshots);
 }
 
 absl::StatusOr<std::unique_ptr<WebServer>> open(const Arguments& arguments, Client& client) {
@@ -104,6 +121,7 @@ int main(int argc, char** argv) {
   return live::run_client(app, argc, argv, arguments.client,
                           [&](Client& client, const std::function<void()>& wait) -> absl::Status {
                             arguments.page.looks = std::make_shared<viewer::FileLooks>(arguments.looks);
+                            arguments.page.shelf = viewer::shelf_of(arguments);
                             if (arguments.exit_with_parent && !end_with_parent(parent, SIGTERM)) {
                               return absl::CancelledError("the process that started this one has ended");
                             }

@@ -10,6 +10,7 @@
 #include "viewer/json.h"
 #include "viewer/model_requests.h"
 #include "viewer/places.h"
+#include "viewer/world_requests.h"
 
 namespace tessera::viewer {
 namespace {
@@ -81,12 +82,6 @@ absl::StatusOr<json> push(Client& client, const json& request) {
   return tick_of(client.apply_impulse(*body, *impulse, *lever, kRequestTimeout));
 }
 
-absl::StatusOr<json> remove(Client& client, const json& request) {
-  const absl::StatusOr<BodyName> body = body_of(request);
-  if (!body.ok()) return body.status();
-  return tick_of(client.remove(*body, kRequestTimeout));
-}
-
 absl::StatusOr<json> pick(Client& client, const json& request) {
   const absl::StatusOr<WorldPosition> origin = position_from(request);
   if (!origin.ok()) return origin.status();
@@ -105,12 +100,16 @@ absl::StatusOr<json> pick(Client& client, const json& request) {
   return found;
 }
 
+absl::StatusOr<BodyFrame> one_frame(Client& client, const BodyFilter& filter) {
+  const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter, kRequestTimeout);
+  if (!stream.ok()) return stream.status();
+  return (*stream)->next(kRequestTimeout);
+}
+
 // One frame of the bodies that match `filter`, where they are in the world.
 absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const live::ClusterReport& report,
                                                   const BodyFilter& filter) {
-  const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter, kRequestTimeout);
-  if (!stream.ok()) return stream.status();
-  absl::StatusOr<BodyFrame> frame = (*stream)->next(kRequestTimeout);
+  absl::StatusOr<BodyFrame> frame = one_frame(client, filter);
   if (!frame.ok()) return frame.status();
   if (!report.cluster.settings) return std::move(frame->bodies);
   const WorldSettings& settings = *report.cluster.settings;
@@ -148,6 +147,59 @@ absl::StatusOr<json> find(Client& client, const live::ClusterReport& report, con
   return found;
 }
 
+// The body as it could be spawned again; nothing where more hangs on it than that would bring back: joints,
+// programs, frames, an owner.
+std::optional<NewBody> copy_of(Client& client, const FoundBody& body) {
+  if (body.properties.motion != Motion::kDynamic || !body.owner.empty()) return std::nullopt;
+  QueryList queries;
+  const auto with_shape = queries.find_bodies({.ids = {body.id}, .with_shapes = true});
+  const auto programs = queries.programs({.ids = {body.id}});
+  const auto joints = queries.find_joints("");
+  const auto frames = queries.find_frames("");
+  const absl::StatusOr<Answers> answers = client.ask(queries, kRequestTimeout);
+  const absl::StatusOr<BodyFrame> frame = one_frame(client, {.ids = {body.id}});
+  if (!answers.ok() || !frame.ok() || frame->bodies.empty()) return std::nullopt;
+  const FoundBodies found = (*answers)[with_shape];
+  const FoundPrograms found_programs = (*answers)[programs];
+  const FoundJoints found_joints = (*answers)[joints];
+  const FoundFrames found_frames = (*answers)[frames];
+  const auto shape = found.shapes.find(body.properties.shape);
+  const bool is_alone =
+      found_programs.programs.empty() && !found_joints.truncated && !found_frames.truncated &&
+      std::ranges::none_of(
+          found_joints.joints,
+          [&](const FoundJoint& joint) { return joint.parent == body.name || joint.child == body.name; }) &&
+      std::ranges::none_of(found_frames.frames, [&](const FoundFrame& held) { return held.body == body.id; });
+  if (!is_alone || shape == found.shapes.end()) return std::nullopt;
+  const BodySample& sample = frame->bodies.front();
+  NewBody copy;
+  copy.body = {body.name,     body.properties, sample.pose, sample.linear_velocity, sample.angular_velocity,
+               body.user_data};
+  copy.shape = shape->second;
+  return copy;
+}
+
+absl::StatusOr<json> remove(const RequestContext& context, const json& request) {
+  const absl::StatusOr<BodyName> name = body_of(request);
+  if (!name.ok()) return name.status();
+  const absl::StatusOr<FoundBody> body = named_or_numbered(context.client, *name);
+  if (!body.ok()) return body.status();
+  std::optional<NewBody> copy = copy_of(context.client, *body);
+  const absl::StatusOr<Tick> tick = context.client.remove(body->id, kRequestTimeout);
+  if (!tick.ok()) return tick.status();
+  context.removed = std::move(copy);
+  return json{{"tick", *tick}, {"name", body->name}, {"can_undo", context.removed.has_value()}};
+}
+
+// The body that was removed last, where it was, under a new id.
+absl::StatusOr<json> undo(const RequestContext& context) {
+  if (!context.removed) return absl::FailedPreconditionError("there is nothing to undo");
+  const absl::StatusOr<Spawned> spawned = context.client.spawn(*context.removed, kRequestTimeout);
+  if (!spawned.ok()) return spawned.status();
+  context.removed.reset();
+  return json{{"body", spawned->id.value}, {"tick", spawned->tick}};
+}
+
 absl::StatusOr<json> places(Client& client, const live::ClusterReport& report, double sector_size) {
   const absl::StatusOr<std::vector<BodySample>> bodies = look_once(client, report, {});
   if (!bodies.ok()) return bodies.status();
@@ -174,8 +226,8 @@ absl::StatusOr<json> places(Client& client, const live::ClusterReport& report, d
   return json{{"places", std::move(described)}, {"truncated", truncated}};
 }
 
-absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report, bool read_only,
-                               const json& request) {
+absl::StatusOr<json> carry_out(const RequestContext& context, const json& request) {
+  const auto& [client, report, options, removed] = context;
   const std::string what = request.at("do").get<std::string>();
   const double sector_size = report.cluster.settings ? report.cluster.settings->sector_size : 0;
   if (what == "pick") return pick(client, request);
@@ -185,22 +237,32 @@ absl::StatusOr<json> carry_out(Client& client, const live::ClusterReport& report
   if (what == "names") return names(client, request);
   if (what == "search") return search(client, request);
   if (what == "model") return model(client, request);
-  if (read_only) return absl::PermissionDeniedError(absl::StrCat(what, ": this web UI is read-only"));
+  if (options.read_only) return absl::PermissionDeniedError(absl::StrCat(what, ": this web UI is read-only"));
   if (what == "pause") return tick_of(client.pause(kRequestTimeout));
   if (what == "resume") return resume(client, request);
   if (what == "step") return step(client, request);
   if (what == "spawn") return spawn(client, sector_size, request);
   if (what == "push") return push(client, request);
-  if (what == "remove") return remove(client, request);
+  if (what == "remove") return remove(context, request);
+  if (what == "undo") return undo(context);
   if (what == "drive") return drive(client, request);
+  if (what == "save") return save(client, options, request);
+  if (what == "worlds") return worlds(options);
+  if (what == "load" || what == "reset" || what == "restore") {
+    if (!options.may_load)
+      return absl::PermissionDeniedError(absl::StrCat(what, ": needs a token of role admin"));
+    removed.reset();
+    if (what == "load") return load(client, options, request);
+    return what == "reset" ? reset(client, report, options) : restore(client, options, request);
+  }
   return absl::InvalidArgumentError(absl::StrCat("do: unknown request '", what, "'"));
 }
 
 }  // namespace
 
-json answer(Client& client, const live::ClusterReport& report, bool read_only, const json& request) {
+json answer(const RequestContext& context, const json& request) {
   try {
-    absl::StatusOr<json> done = carry_out(client, report, read_only, request);
+    absl::StatusOr<json> done = carry_out(context, request);
     if (done.ok()) return *std::move(done);
     return {{"error", std::string(done.status().message())}};
   } catch (const json::exception& error) {

@@ -52,7 +52,9 @@ PageSession::PageSession(Client& client, const PageOptions& options, PageSocket 
       bodies_([this] { changed_.notify_all(); }),
       contacts_([this] { changed_.notify_all(); }),
       seams_([this] { changed_.notify_all(); }) {
-  tell({{"type", "hello"}, {"read_only", options_.read_only}});
+  tell({{"type", "hello"},
+        {"read_only", options_.read_only},
+        {"may_load", options_.may_load && !options_.read_only}});
   writer_ = std::thread([this] { write(); });
   asker_ = std::thread([this] { answer_requests(); });
 }
@@ -186,9 +188,9 @@ void PageSession::write() {
       lock.unlock();
       socket_.send_text(dump(status_message(*report)));
       lock.lock();
-    } else if (!has_looks_ && options_.looks->is_read()) {
+    } else if (const std::uint64_t read = options_.looks->files_read(); read != looks_read_) {
       // What was told of bodies before is told once more.
-      has_looks_ = true;
+      looks_read_ = read;
       told_world_ = kNoWorld;
       watch();
     } else if (is_due(Clock::now())) {
@@ -310,7 +312,7 @@ void PageSession::introduce(const std::string& world, const std::vector<SeenBody
     if (told_shapes_.insert(shape).second) shapes[absl::StrCat(shape)] = to_json(catalogue_.shape(shape));
     const std::shared_ptr<const Look> look = options_.looks->of(world, body->name);
     if (!look) continue;
-    const auto [told, is_new] = told_looks_.try_emplace(look.get(), told_looks_.size());
+    const auto [told, is_new] = told_looks_.try_emplace(look, told_looks_.size());
     if (is_new) looks[absl::StrCat(told->second)] = to_json(*look);
     described.back()["look"] = told->second;
   }
@@ -321,6 +323,7 @@ void PageSession::introduce(const std::string& world, const std::vector<SeenBody
 }
 
 void PageSession::answer_requests() {
+  std::optional<NewBody> removed;
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [&] { return closing_ || !requests_.empty(); });
@@ -329,7 +332,7 @@ void PageSession::answer_requests() {
     requests_.pop_front();
     const std::shared_ptr<const live::ClusterReport> report = report_;
     lock.unlock();
-    json message = answer(client_, *report, options_.read_only, request);
+    json message = answer({client_, *report, options_, removed}, request);
     lock.lock();
     message["type"] = "answer";
     message["id"] = request["id"];

@@ -28,18 +28,11 @@
 #include "client_sdk/live/cluster_monitor.h"
 #include "client_sdk/live/latest_frame.h"
 #include "tessera/client.h"
-#include "viewer/file_looks.h"
 #include "viewer/frame_encoder.h"
+#include "viewer/page_options.h"
 #include "viewer/page_view.h"
 
 namespace tessera::viewer {
-
-struct PageOptions {
-  bool read_only = false;
-  double frames_per_second = 30;   // at most
-  double states_per_second = 1e5;  // of bodies: with more in view, fewer frames
-  std::shared_ptr<const FileLooks> looks = std::make_shared<FileLooks>("");
-};
 
 // Send to the tab; both block while the network does.
 struct PageSocket {
@@ -109,8 +102,8 @@ class PageSession {
   std::optional<ContactFrame> last_contacts_;  // a paused world streams them only once
   absl::flat_hash_set<BodyId> told_bodies_;
   absl::flat_hash_set<ShapeId> told_shapes_;
-  bool has_looks_ = false;                                    // those of the options have been read
-  absl::flat_hash_map<const Look*, std::size_t> told_looks_;  // by their numbers on the page
+  std::uint64_t looks_read_ = 0;  // FileLooks::files_read() when bodies were last told of
+  absl::flat_hash_map<std::shared_ptr<const Look>, std::size_t> told_looks_;  // by their numbers on the page
   std::uint64_t told_world_ = 0;
   std::uint64_t counted_bodies_ = 0;  // of the world, when its static bodies were requested
 

@@ -20,7 +20,7 @@ Visitors::Visitors(const std::optional<ServerKeys>& keys) {
 
 std::optional<ClientRole> Visitors::role_of(absl::string_view authorization,
                                             absl::string_view cookies) const {
-  if (!tokens_) return ClientRole::kControl;
+  if (!tokens_) return ClientRole::kAdmin;
   std::optional<ClientRole> role = tokens_->role_of_header(authorization);
   for (absl::string_view cookie : absl::StrSplit(cookies, ';')) {
     cookie = absl::StripAsciiWhitespace(cookie);

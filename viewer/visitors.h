@@ -11,7 +11,7 @@
 namespace tessera::viewer {
 
 // With keys, a browser shows one of their tokens: in a header, or in the cookie that the login page sets.
-// Without, everyone may control the world.
+// Without, everyone may do everything.
 class Visitors {
  public:
   explicit Visitors(const std::optional<ServerKeys>& keys);

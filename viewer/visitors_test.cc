@@ -13,10 +13,10 @@ std::optional<ServerKeys> keys() {
   return made;
 }
 
-TEST(Visitors, ControlTheWorldWhereThereAreNoKeys) {
+TEST(Visitors, MayDoEverythingWhereThereAreNoKeys) {
   const Visitors visitors(std::nullopt);
   EXPECT_FALSE(visitors.must_log_in());
-  EXPECT_EQ(visitors.role_of("", ""), ClientRole::kControl);
+  EXPECT_EQ(visitors.role_of("", ""), ClientRole::kAdmin);
 }
 
 TEST(Visitors, HaveTheRoleOfTheTokenThatTheyShow) {

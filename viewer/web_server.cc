@@ -179,6 +179,7 @@ class LiveHandler final : public CivetWebSocketHandler {
     };
     PageOptions options = options_;
     options.read_only |= doorkeeper_.role_of(connection) < ClientRole::kControl;
+    options.may_load &= doorkeeper_.role_of(connection) >= ClientRole::kAdmin;
     const std::lock_guard lock(mutex_);
     sessions_[connection] = std::make_shared<PageSession>(
         client_, options, PageSocket{send(MG_WEBSOCKET_OPCODE_TEXT), send(MG_WEBSOCKET_OPCODE_BINARY)},

@@ -43,8 +43,12 @@ void hear(std::string_view text) {
   invariant(!message_from(dump(message)).is_discarded(), "a message can be read as it is written");
   static_cast<void>(position_from(message));
   static_cast<void>(vector_from(message));
-  for (const bool read_only : {true, false})
-    static_cast<void>(answer(*nobody->client, report, read_only, message));
+  for (const bool read_only : {true, false}) {
+    PageOptions options;
+    options.read_only = read_only;
+    std::optional<NewBody> removed;
+    static_cast<void>(answer({*nobody->client, report, options, removed}, message));
+  }
 }
 
 }  // namespace

@@ -39,11 +39,11 @@ export class Connection extends EventTarget {
   }
 
   // Resolves to the cluster's answer; rejects with the cluster's message if it refuses.
-  ask(what, details = {}) {
+  ask(what, details = {}, timeoutMs = kAnswerTimeoutMs) {
     const id = ++this.#asked;
     return new Promise((resolve, reject) => {
       if (!this.isOpen) return reject(new Error('not connected to tessera-viewer'));
-      const timer = setTimeout(() => this.#answered({id, error: 'the request timed out'}), kAnswerTimeoutMs);
+      const timer = setTimeout(() => this.#answered({id, error: 'the request timed out'}), timeoutMs);
       this.#open.set(id, {resolve, reject, timer});
       this.send({type: 'ask', id, do: what, ...details});
     });

@@ -1,6 +1,4 @@
 // The web UI: shows the world of a cluster, as received from tessera-viewer.
-import {Vector3} from 'three';
-
 import {Bodies} from './bodies.js';
 import {Camera} from './camera.js';
 import {kLegends, serverColour, useColours} from './colours.js';
@@ -8,8 +6,9 @@ import {Connection} from './connection.js';
 import {Dashboard} from './dashboard.js';
 import {Details} from './details.js';
 import {Keys} from './keys.js';
-import {Labels} from './labels.js';
+import {Labels, labelsOf} from './labels.js';
 import {Model} from './model.js';
+import {Notice} from './notice.js';
 import {Panels} from './panels.js';
 import {distanceFor, Places} from './places.js';
 import {Player} from './player.js';
@@ -21,6 +20,7 @@ import {Source} from './source.js';
 import {storage} from './storage.js';
 import {Theme} from './theme.js';
 import {Tools} from './tools.js';
+import {Worlds} from './worlds.js';
 
 const kHalfMin = 120;    // m: smallest region requested around the focus
 const kHalfMax = 20000;  // m: largest
@@ -57,17 +57,13 @@ const state = {
   framesPerSecond: 0,
   bytesPerSecond: 0,
   readOnly: false,
+  mayLoad: false,
   hasChosenColours: false,
   live: null,  // the camera and colours of the cluster's view, while a recording is shown
 };
 
-let noticeTimer = 0;
-function notify(text, isBad = false) {
-  $('notice').textContent = text;
-  $('notice').className = isBad ? 'on bad' : 'on';
-  clearTimeout(noticeTimer);
-  noticeTimer = setTimeout(() => $('notice').className = '', 4000);
-}
+const notice = new Notice($('notice'));
+function notify(...message) { notice.show(...message); }
 
 const command = (what, details) => source.ask(what, details).catch((error) => notify(error.message, true));
 
@@ -191,6 +187,19 @@ function followSelected() {
   if (body) camera.glideTo(moved(body.position, [0, 0, 0], bodies.view.sector_size));
 }
 
+const worlds = new Worlds({
+  panel: $('worlds'),
+  title: $('worldsTitle'),
+  hint: $('worldsHint'),
+  lists: $('worldsLists'),
+  buttons: {open: $('worldsOpen'), close: $('worldsClose'), reset: $('reset'), save: $('save')},
+  ask: (...question) => source.ask(...question),
+  mayLoad: () => source.isOpen && !player.isOn && state.mayLoad,
+  maySave: () => source.isOpen && !player.isOn && !state.readOnly,
+  status: () => player.isOn || !state.status?.answers ? null : state.status.status,
+  notify,
+});
+
 // --- messages from the server ---
 
 source.addEventListener('open', () => {
@@ -206,6 +215,7 @@ source.addEventListener('lost', () => {
 
 source.addEventListener('hello', ({detail}) => {
   state.readOnly = detail.read_only;
+  state.mayLoad = detail.may_load;
   enableControls();
 });
 
@@ -262,6 +272,7 @@ source.addEventListener('status', ({detail}) => {
   enableControls();
   showLegend();
   if (!player.isOn) dashboard.show(detail, state);
+  worlds.refresh();
   refreshDetails();
   if (state.wantsPlace || places.all.length === 0) refreshPlaces();
 });
@@ -314,6 +325,17 @@ const modeRadios = new Radios($('modes'), 'mode', (mode) => {
   state.hasChosenColours = true;
   colourBy(mode);
 });
+
+async function removeSelected() {
+  const removed = await command('remove', {body: state.selected});
+  if (!removed) return;
+  select(null);
+  const undo = async () => {
+    const again = await command('undo');
+    if (again) select(again.body);
+  };
+  notify(`${removed.name} is removed`, false, removed.can_undo ? {text: 'Undo', run: undo} : null);
+}
 
 function useTool(name) {
   if ($('tools').querySelector(`[data-tool=${name}]`).disabled) return;
@@ -384,6 +406,7 @@ function changeSource() {
   state.world = undefined;
   places.all = [];
   document.body.classList.toggle('replaying', player.isOn);
+  worlds.close();
   showState('lost', 'connecting');
   enableControls();
 }
@@ -404,7 +427,7 @@ picture.onTooSlow = () => $('shadowsOn').checked = false;
 $('deselect').onclick = () => select(null);
 $('follow').onclick = () => setFollowing(!state.following);
 $('pushUp').onclick = () => tools.pushUp(state.selected).catch((error) => notify(error.message, true));
-$('remove').onclick = () => command('remove', {body: state.selected}).then(() => select(null));
+$('remove').onclick = removeSelected;
 
 const kToolKeys = {
   1: 'select',
@@ -461,31 +484,6 @@ function showGrid() {
   picture.grid.show(bodies.occupiedSectors(), offsetOf(details.sector ?? camera.focus.sector), view.sector_size);
 }
 
-function labelsNow() {
-  const shown = [];
-  const body = state.selected === null ? null : bodies.look(state.selected);
-  if (body) {
-    const at = picture.toWindow(camera, body.position.local);
-    if (at) shown.push({text: body.info.name, at});
-  }
-  const {view} = bodies;
-  const eye = camera.three.position;
-  for (const place of places.all.slice(0, 50)) {
-    const local = between({sector: view.sector, local: [0, 0, 0]}, place, view.sector_size);
-    const distance = new Vector3(...local).distanceTo(eye);
-    if (distance < 400 + 6 * place.half || distance > 1e9) continue;
-    if (view.planet && hidesBehind(view.planet, eye, local)) continue;
-    const at = picture.toWindow(camera, local);
-    if (at) shown.push({text: place.name.split('::')[0], at, className: 'place'});
-  }
-  return shown;
-}
-
-function hidesBehind({centre}, eye, local) {
-  const up = new Vector3(...local).sub(new Vector3(...centre));
-  return up.dot(eye.clone().sub(new Vector3(...local))) < 0;
-}
-
 function showFooter() {
   const {focus} = camera;
   $('where').textContent = focus ? `sector ${sectorText(focus.sector)}` : '';
@@ -521,7 +519,7 @@ function draw(now) {
   const measuring = picture.sensorRays.object.visible ? bodies.look(state.selected) : null;
   if (measuring) picture.sensorRays.follow(measuring);
   picture.draw(camera, bodies.view, state.looked?.half ?? kHalfMin, frameMs);
-  labels.show(labelsNow());
+  labels.show(labelsOf(picture, camera, bodies, state.selected, places.all));
   state.framesDrawn += 1;
 }
 

@@ -25,5 +25,5 @@ export class Source extends EventTarget {
   }
 
   send(message) { this.#current.send(message); }
-  ask(what, details = {}) { return this.#current.ask(what, details); }
+  ask(...question) { return this.#current.ask(...question); }
 }

@@ -55,9 +55,9 @@ export const kThemes = {
     },
     picture: {
       sky: '#d5e0ea',
-      still: '#aab4be',
+      still: '#8f9ba7',
       asleep: '#c3ccd5',
-      groundDim: 1.25,
+      groundDim: 1,
       groundLine: [0.02, 0.05, 0.09],
       planet: '#a9bccd',
       net: '#5c7a94',

@@ -415,9 +415,11 @@ test('reconnects by itself after the connection is lost', async () => {
   await page.waitForFunction((from) => window.tessera.bodies.tick === from + 7, {}, tick);
   assert.equal(
       await page.$eval('#play', (button) => button.disabled), true, 'the read-only web UI has no controls');
-  const refused =
-      await page.evaluate(() => window.tessera.connection.ask('pause').catch((error) => error.message));
-  assert.match(refused, /read-only/);
+  for (const what of ['pause', 'load', 'reset', 'restore', 'save', 'undo']) {
+    const refused = await page.evaluate(
+        (name) => window.tessera.connection.ask(name, {world: 'tower', name: 'a'}).catch((error) => error.message), what);
+    assert.match(refused, /read-only/, what);
+  }
   await goCoarsely(cluster.url);
   await again.stop();
 });
@@ -464,6 +466,92 @@ test('the model of a selected body shows its parts, and its joints are driven', 
   await page.type('#jumpText', 'arm::');
   await page.waitForFunction(
       () => [...document.querySelectorAll('#jumpNames option')].some(({value}) => value === 'arm::lower'));
+});
+
+test('a removed body comes back by undo, where nothing else hangs on it', async () => {
+  await tessera(cluster.address, 'load', join(process.env.TESSERA_WORLDS_FOLDER, 'tower.sdf'), '--replace');
+  await page.waitForFunction(() => {
+    const {bodies} = window.tessera;
+    return [...bodies.ids].some((id) => bodies.look(id).info.name === 'tower::box_3');
+  });
+  await jumpTo('tower::box_3');
+  const place = () => page.evaluate(() => window.tessera.connection.ask('find', {body: 'tower::box_3'}));
+  const {local} = await place();
+  await page.click('#remove');
+  await page.waitForFunction(() => document.querySelector('#notice.on button')?.textContent === 'Undo');
+  await stepUntil(() => window.tessera.bodies.countMoving === 9);
+  await page.click('#notice button');
+  await stepUntil(() => window.tessera.bodies.countMoving === 10);
+  for (const [axis, x] of (await place()).local.entries()) assert.ok(Math.abs(x - local[axis]) < 0.05, `axis ${axis}`);
+  const again = await page.evaluate(() => window.tessera.connection.ask('undo').catch(({message}) => message));
+  assert.equal(again, 'there is nothing to undo');
+});
+
+test('a world is saved, reset and restored', async () => {
+  const tick = () => page.evaluate(() => window.tessera.state.status.status.tick);
+  const isTick = (wanted) => page.waitForFunction((at) => window.tessera.state.status?.status.tick === at, {}, wanted);
+  const viewer = await start(
+      'tessera-viewer',
+      [
+        '--connect', cluster.address, '--listen', '127.0.0.1:0', '--worlds', process.env.TESSERA_WORLDS_FOLDER, '--snapshots',
+        join(folder, 'snapshots')
+      ],
+      /at (http\S+)/);
+  await goCoarsely(viewer.found[0]);
+  await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 3}));
+  await page.waitForFunction(() => window.tessera.state.status?.status.tick > 0);
+  const saved = await tick();
+  await page.click('#save');
+  await page.waitForFunction(() => document.getElementById('notice').textContent.startsWith('saved as'));
+  assert.equal(await page.$eval('#notice', ({textContent}) => textContent), `saved as tower-${saved}`);
+  await page.click('#reset');
+  await isTick(0);
+  await page.click('#worldsOpen');
+  await page.waitForFunction(() => /Snapshots/.test(document.getElementById('worldsLists').textContent));
+  await page.evaluate(
+      (name) => [...document.querySelectorAll('#worldsLists button')].find(({textContent}) => textContent.startsWith(name)).click(),
+      `tower-${saved}`);
+  await isTick(saved);
+  const refused = (what, details) => page.evaluate(
+      (...question) => window.tessera.connection.ask(...question).catch(({message}) => message), what, details);
+  assert.match(await refused('load', {world: '../worlds/tower', replace: true}), /no world of the name/);
+  assert.match(await refused('save', {name: '../out'}), /^name: use 1 to 64/);
+  assert.match(await refused('save', {name: `tower-${saved}`}), /there is a snapshot of the name/);
+  await tessera(
+      cluster.address, 'load', join(process.env.TESSERA_WORLDS_FOLDER, 'tower.sdf'), '--replace', '--shift', '2^40,0,0');
+  await page.waitForFunction(() => window.tessera.state.status.status.tick === 0);
+  assert.match(await refused('reset'), /the world was moved when it was loaded/);
+  await goCoarsely(cluster.url);
+  await viewer.stop();
+});
+
+test('an empty cluster offers worlds, and loads the one that is chosen', async () => {
+  const empty = await start(
+      'tessera', ['up', '--listen', '127.0.0.1:0', '--page', '127.0.0.1:0', '--servers', '1'], / on (\S+) with /,
+      /browser: (\S+)/);
+  const viewer = await start(
+      'tessera-viewer',
+      ['--connect', empty.found[0], '--listen', '127.0.0.1:0', '--worlds', process.env.TESSERA_WORLDS_FOLDER, '--snapshots', ''],
+      /at (http\S+)/);
+  const watching = await start(
+      'tessera-viewer', ['--connect', empty.found[0], '--listen', '127.0.0.1:0', '--read-only'], /at (http\S+)/);
+  try {
+    await page.goto(watching.found[0]);
+    await page.waitForFunction(() => /as soon as somebody/.test(document.getElementById('worldsHint').innerText));
+    assert.equal(await page.$eval('#worldsOpen', ({disabled}) => disabled), true);
+    await page.goto(viewer.found[0]);
+    await page.waitForFunction(() => document.querySelectorAll('#worldsLists button').length > 5);
+    assert.equal(await page.$eval('#worldsTitle', ({textContent}) => textContent), 'This cluster has no world');
+    await page.evaluate(
+        () => [...document.querySelectorAll('#worldsLists button')].find((button) => button.textContent.startsWith('towerA tower')).click());
+    await page.waitForFunction(() => window.tessera.bodies.countMoving === 10);
+    await page.waitForFunction(() => document.getElementById('worlds').hidden);
+    assert.equal(await page.$eval('#worldName', ({textContent}) => textContent), 'tower');
+  } finally {
+    await goCoarsely(cluster.url);
+    await Promise.all([viewer.stop(), watching.stop()]);
+    await empty.stop();
+  }
 });
 
 test('bodies are shown by the visuals of their world file', async () => {
