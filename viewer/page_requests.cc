@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lpss/model/frame_motion.h"
+#include "viewer/ground_request.h"
 #include "viewer/json.h"
 #include "viewer/model_requests.h"
 #include "viewer/places.h"
@@ -233,6 +234,7 @@ absl::StatusOr<json> carry_out(const RequestContext& context, const json& reques
   if (what == "pick") return pick(client, request);
   if (what == "find") return find(client, report, request);
   if (what == "places") return places(client, report, sector_size);
+  if (what == "ground") return ground(client, report, request);
   if (what == "programs") return programs(client, request);
   if (what == "names") return names(client, request);
   if (what == "search") return search(client, request);

@@ -1,5 +1,5 @@
 // Requests of the web UI to the cluster, one at a time: {"do": "pause" | "resume" | "step" | "spawn" |
-// "push" | "remove" | "undo" | "drive" | "pick" | "find" | "names" | "search" | "model" | "places" |
+// "push" | "remove" | "undo" | "drive" | "pick" | "find" | "names" | "search" | "model" | "places" | "ground" |
 // "programs" | "worlds" | "load" | "reset" | "save" | "restore", ...}.
 #pragma once
 

@@ -38,19 +38,23 @@ Eigen::Vector3d PageView::offset(const WorldPosition& point) const {
   return relative_to(point, sector(), settings_.sector_size);
 }
 
+Eigen::Vector3d PageView::up() const {
+  const auto* uniform = std::get_if<UniformGravity>(&settings_.gravity);
+  const Eigen::Vector3d up =
+      uniform != nullptr
+          ? (-uniform->acceleration).stableNormalized().eval()
+          : (interest_.centre.local - offset(std::get<CentralGravity>(settings_.gravity).centre))
+                .stableNormalized()
+                .eval();
+  return up.isZero() ? Eigen::Vector3d::UnitZ().eval() : up;
+}
+
 nlohmann::json PageView::describe() const {
   nlohmann::json view = {
       {"type", "view"}, {"sector", to_json(sector())}, {"sector_size", settings_.sector_size}};
-  if (const auto* uniform = std::get_if<UniformGravity>(&settings_.gravity)) {
-    const Eigen::Vector3d up = -uniform->acceleration.stableNormalized();
-    view["up"] = to_json(up.isZero() ? Eigen::Vector3d::UnitZ().eval() : up);
-  } else {
-    const auto& central = std::get<CentralGravity>(settings_.gravity);
-    const Eigen::Vector3d centre = offset(central.centre);
-    const Eigen::Vector3d up = (interest_.centre.local - centre).stableNormalized();
-    view["up"] = to_json(up.isZero() ? Eigen::Vector3d::UnitZ().eval() : up);
-    view["planet"] = {{"centre", to_json(centre)}, {"radius", central.radius}};
-  }
+  view["up"] = to_json(up());
+  if (const auto* central = std::get_if<CentralGravity>(&settings_.gravity))
+    view["planet"] = {{"centre", to_json(offset(central->centre))}, {"radius", central->radius}};
   return view;
 }
 

@@ -30,6 +30,9 @@ class PageView {
   const SectorIndex& sector() const { return interest_.centre.sector; }
   const Interest& interest() const { return interest_; }
 
+  // Against gravity, at the centre of the view.
+  Eigen::Vector3d up() const;
+
   // The sector that points are relative to, the up direction there, and the planet if there is one.
   nlohmann::json describe() const;
 

@@ -72,6 +72,13 @@ export class Bodies {
     for (const [id, parts] of Object.entries(looks)) this.#looks.set(Number(id), this.#formed(`look ${id}`, parts));
     for (const body of bodies) this.#known.set(body.id, body);
   }
+  // The id of a body in view that is ground without an end, or null.
+  get ground() {
+    for (const [id, {parts}] of this.#shown) {
+      if (parts.some(({kind}) => kind === 'ground')) return id;
+    }
+    return null;
+  }
   get hasLooks() { return this.#looks.size > 0; }
 
   #formed(name, parts) {

@@ -5,6 +5,7 @@ import {kLegends, serverColour, useColours} from './colours.js';
 import {Connection} from './connection.js';
 import {Dashboard} from './dashboard.js';
 import {Details} from './details.js';
+import {Ground} from './ground.js';
 import {Keys} from './keys.js';
 import {Labels, labelsOf} from './labels.js';
 import {Model} from './model.js';
@@ -44,6 +45,8 @@ const dashboard = new Dashboard({
 });
 const connection = new Connection(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live`);
 const source = new Source(connection);
+const ground = new Ground((...question) => source.ask(...question), () => redraw());
+picture.scene.add(ground.object);
 const player = new Player({connection, source, bodies, notify});
 
 const state = {
@@ -223,6 +226,7 @@ source.addEventListener('world', ({detail}) => {
   const isOther = state.world !== undefined && state.world !== detail.world;
   state.world = detail.world;
   bodies.clear();
+  ground.clear();
   offerLooks();
   select(null);
   dashboard.clear();
@@ -468,6 +472,7 @@ function useTheme() {
   useColours(theme.colours.picture);
   usePlotColours(theme.colours.ui);
   picture.use(theme.colours.picture);
+  ground.use(theme.colours.picture);
   bodies.repaint();
   $('themeToggle').setAttribute('aria-pressed', String(theme.name === 'light'));
   redraw();
@@ -515,6 +520,7 @@ function draw(now) {
   if (drawnAt > drawUntil && !picture.ray.object.visible) return;
   drawnAt = performance.now();
   bodies.blend(drawnAt);
+  ground.place(bodies.view);
   if (picture.seams.object.visible) picture.seams.advance(bodies);
   const measuring = picture.sensorRays.object.visible ? bodies.look(state.selected) : null;
   if (measuring) picture.sensorRays.follow(measuring);
@@ -532,7 +538,10 @@ setInterval(() => {
   measured = {at: now, frames: state.framesDrawn, bytes: source.bytes};
 }, 1000);
 for (const change of ['click', 'change', 'keydown', 'resize']) addEventListener(change, redraw);
-setInterval(() => lookWhereNeeded(), kLookEveryMs);
+setInterval(() => {
+  lookWhereNeeded();
+  ground.lookAround(player.isOn ? null : bodies.ground, camera);
+}, kLookEveryMs);
 setInterval(() => {
   showGrid();
   showFooter();
@@ -551,6 +560,7 @@ window.tessera = {
   bodies,
   camera,
   picture,
+  ground,
   connection,
   player,
   places,

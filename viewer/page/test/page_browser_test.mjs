@@ -488,7 +488,6 @@ test('a removed body comes back by undo, where nothing else hangs on it', async 
 });
 
 test('a world is saved, reset and restored', async () => {
-  const tick = () => page.evaluate(() => window.tessera.state.status.status.tick);
   const isTick = (wanted) => page.waitForFunction((at) => window.tessera.state.status?.status.tick === at, {}, wanted);
   const viewer = await start(
       'tessera-viewer',
@@ -498,9 +497,8 @@ test('a world is saved, reset and restored', async () => {
       ],
       /at (http\S+)/);
   await goCoarsely(viewer.found[0]);
-  await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 3}));
-  await page.waitForFunction(() => window.tessera.state.status?.status.tick > 0);
-  const saved = await tick();
+  const {tick: saved} = await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 3}));
+  await isTick(saved);
   await page.click('#save');
   await page.waitForFunction(() => document.getElementById('notice').textContent.startsWith('saved as'));
   assert.equal(await page.$eval('#notice', ({textContent}) => textContent), `saved as tower-${saved}`);
@@ -552,6 +550,24 @@ test('an empty cluster offers worlds, and loads the one that is chosen', async (
     await Promise.all([viewer.stop(), watching.stop()]);
     await empty.stop();
   }
+});
+
+test('ground without an end is drawn, where rays of the cluster meet it', async () => {
+  await tessera(cluster.address, 'load', join(process.env.TESSERA_WORLDS_FOLDER, 'globe.sdf'), '--replace');
+  await page.waitForFunction(() => {
+    const {bodies} = window.tessera;
+    return [...bodies.ids].some((id) => bodies.look(id).info.name.startsWith('crate_1'));
+  });
+  await page.waitForFunction(() => {
+    const {bodies, ground} = window.tessera;
+    return ground.object.visible && ground.surface.geometry.index?.count === 6 * 32 * 32 && bodies.ground !== null;
+  });
+  const refused = await page.evaluate(() => {
+    const {bodies, connection} = window.tessera;
+    const place = {sector: ['0', '0', '0'], local: [0, 0, 0], body: bodies.ground, half: 1e9};
+    return connection.ask('ground', place).catch(({message}) => message);
+  });
+  assert.equal(refused, 'half: 1e+09 m is not 1 to 5000 m');
 });
 
 test('bodies are shown by the visuals of their world file', async () => {

@@ -19,8 +19,8 @@ globalThis.CustomEvent ??= class extends Event {
   }
 };
 
-const {Bodies, Playback, Recording, plottable, programFacts} =
-    await sources('bodies.js', 'details.js', 'recording/playback.js', 'recording/recording.js');
+const {Bodies, Playback, meshOf, snapshotName, Recording, plottable, programFacts} =
+    await sources('bodies.js', 'details.js', 'ground.js', 'worlds.js', 'recording/playback.js', 'recording/recording.js');
 
 const far = 1n << 62n;
 
@@ -150,6 +150,23 @@ test('what a body and its programs measure can be plotted', () => {
   assert.deepEqual([...plottable({speed: 3}, programs)], [
     ['speed, m/s', 3], ['front: x', 1], ['front: y', 2], ['pid: set_point', 0.5], ['pid: error', 0.25],
   ]);
+});
+
+test('ground has triangles between points that are there', () => {
+  const points = [0, 0, 1, 1, 0, 2, 0, 1, 3, null, null, null];
+  const {positions, triangles, lines} = meshOf(2, points);
+  assert.deepEqual([...positions], [0, 0, 1, 1, 0, 2, 0, 1, 3, 0, 0, 0]);
+  assert.deepEqual([triangles, lines], [[], [0, 1, 0, 2]]);
+  const whole = meshOf(3, Array.from({length: 27}, (_, n) => n));
+  assert.equal(whole.triangles.length, 3 * 2 * 4);
+  assert.equal(whole.lines.length, 2 * 12);
+});
+
+test('snapshots are named by world and tick, as names may be', () => {
+  assert.equal(snapshotName('tower', 12), 'tower-12');
+  assert.equal(snapshotName('../a b/é', 3), 'a-b--3');
+  assert.equal(snapshotName('', 0), 'world-0');
+  assert.match(snapshotName('x'.repeat(99), 2 ** 53), /^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$/);
 });
 
 test('positions keep all their bits', () => {
