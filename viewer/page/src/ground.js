@@ -35,7 +35,8 @@ export class Ground {
   // `ask(what, details)` promises an answer; `changed()` is called after one.
   constructor(ask, changed) {
     Object.assign(this, {ask, changed});
-    this.surface = new Mesh(new BufferGeometry(), new MeshLambertMaterial({side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1}));
+    const offset = {polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1};  // behind the lines
+    this.surface = new Mesh(new BufferGeometry(), new MeshLambertMaterial({side: DoubleSide, ...offset}));
     this.lines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({transparent: true, opacity: 0.5}));
     this.object = new Group();
     this.object.add(this.surface, this.lines);

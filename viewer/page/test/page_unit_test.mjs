@@ -10,6 +10,7 @@ import {kPanelOpacity, kThemes, Theme} from '../src/theme.js';
 
 import {fileOf, kTimeStep, kTopics, recordingOf} from './recordings.mjs';
 import {packages, sources} from './sources.mjs';
+import {animated} from './webp.mjs';
 
 // Node.js 18 has Event but no CustomEvent.
 globalThis.CustomEvent ??= class extends Event {
@@ -150,6 +151,25 @@ test('what a body and its programs measure can be plotted', () => {
   assert.deepEqual([...plottable({speed: 3}, programs)], [
     ['speed, m/s', 3], ['front: x', 1], ['front: y', 2], ['pid: set_point', 0.5], ['pid: error', 0.25],
   ]);
+});
+
+test('an animated picture has the frames of still ones', () => {
+  const still = (...bytes) => {
+    const picture = Buffer.from(bytes);
+    const head = Buffer.alloc(20);
+    head.write('RIFF\0\0\0\0WEBPVP8 ', 'latin1');
+    head.writeUInt32LE(picture.length, 16);
+    return Buffer.concat([head, picture, Buffer.alloc(picture.length % 2)]);
+  };
+  const made = animated([still(1, 2, 3), still(4, 5)], 20, 10, 40);
+  assert.equal(made.readUInt32LE(4), made.length - 8);
+  assert.equal(made.toString('latin1', 8, 16), 'WEBPVP8X');
+  assert.deepEqual([made.readUIntLE(24, 3), made.readUIntLE(27, 3)], [19, 9]);
+  const first = made.indexOf('ANMF');
+  assert.deepEqual([made.readUInt32LE(first + 4), made.readUIntLE(first + 20, 3)], [16 + 12, 40]);
+  assert.deepEqual([...made.subarray(first + 32, first + 36)], [1, 2, 3, 0]);
+  assert.equal(made.subarray(first + 1).indexOf('ANMF') > 0, true);
+  assert.throws(() => animated([Buffer.from('RIFF    WEBPVP8L    ', 'latin1')], 1, 1, 1), /no lossy WebP/);
 });
 
 test('ground has triangles between points that are there', () => {
