@@ -21,6 +21,7 @@ import {Source} from './source.js';
 import {storage} from './storage.js';
 import {Theme} from './theme.js';
 import {Tools} from './tools.js';
+import {Tree} from './tree.js';
 import {Worlds} from './worlds.js';
 
 const kHalfMin = 120;    // m: smallest region requested around the focus
@@ -119,6 +120,15 @@ const places = new Places({
   goTo,
   select: (id) => select(id),
   isLive: () => !player.isOn,
+});
+
+const tree = new Tree({
+  fold: $('treeFold'),
+  text: $('treeText'),
+  tree: $('tree'),
+  note: $('treeNote'),
+  ask: (...question) => source.ask(...question),
+  go: (name) => places.jump(name).catch(() => {}),
 });
 
 // --- the selected body or sector ---
@@ -227,6 +237,7 @@ source.addEventListener('world', ({detail}) => {
   state.world = detail.world;
   bodies.clear();
   ground.clear();
+  tree.clear();
   offerLooks();
   select(null);
   dashboard.clear();

@@ -398,6 +398,37 @@ test('a jump that finds nothing says so and leads back', async () => {
   assert.match(await selected(), /box_1/);
 });
 
+test('the tree of all bodies is searched by parts of names, and used with the keyboard', async () => {
+  await page.click('#treeFold summary');
+  await page.waitForFunction(() => document.querySelectorAll('#tree > [role=treeitem]').length > 3);
+  await page.type('#treeText', 'OX_10');
+  await page.waitForFunction(() => document.querySelectorAll('#tree > [role=treeitem]').length === 2);
+  assert.equal(await page.$eval('#tree', (tree) => tree.innerText.trim()), 'tower_1::box_10\ntower_2::box_10');
+  await page.focus('#tree [tabindex="0"]');
+  await page.keyboard.press('ArrowDown');
+  await page.keyboard.press('Enter');
+  await page.waitForFunction(() => {
+    const {bodies, state} = window.tessera;
+    return bodies.look(state.selected)?.info.name === 'tower_2::box_10';
+  });
+  await page.$eval('#treeText', (input) => {
+    input.value = 'tower_1';
+    input.dispatchEvent(new Event('input'));
+  });
+  await page.waitForFunction(() => document.querySelector('#tree [aria-expanded=true]'));
+  await page.focus('#tree [tabindex="0"]');
+  await page.keyboard.press('ArrowLeft');
+  assert.equal(await page.$eval('#tree [role=treeitem]', (item) => item.getAttribute('aria-expanded')), 'false');
+  await page.keyboard.press('ArrowRight');
+  assert.equal(await page.$eval('#tree [role=treeitem]', (item) => item.getAttribute('aria-expanded')), 'true');
+  await page.$eval('#treeText', (input) => {
+    input.value = 'nowhere';
+    input.dispatchEvent(new Event('input'));
+  });
+  await page.waitForFunction(() => document.getElementById('treeNote').textContent === 'no name has “nowhere” in it');
+  await page.$eval('#treeFold', (fold) => fold.open = false);
+});
+
 test('reconnects by itself after the connection is lost', async () => {
   // Uses a separate viewer, which can be stopped and restarted at the same address.
   const viewer = await start(

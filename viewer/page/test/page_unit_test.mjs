@@ -20,8 +20,8 @@ globalThis.CustomEvent ??= class extends Event {
   }
 };
 
-const {Bodies, Playback, meshOf, snapshotName, Recording, plottable, programFacts} =
-    await sources('bodies.js', 'details.js', 'ground.js', 'worlds.js', 'recording/playback.js', 'recording/recording.js');
+const {Bodies, Playback, grouped, meshOf, snapshotName, Recording, plottable, programFacts} =
+    await sources('bodies.js', 'details.js', 'ground.js', 'tree.js', 'worlds.js', 'recording/playback.js', 'recording/recording.js');
 
 const far = 1n << 62n;
 
@@ -170,6 +170,14 @@ test('an animated picture has the frames of still ones', () => {
   assert.deepEqual([...made.subarray(first + 32, first + 36)], [1, 2, 3, 0]);
   assert.equal(made.subarray(first + 1).indexOf('ANMF') > 0, true);
   assert.throws(() => animated([Buffer.from('RIFF    WEBPVP8L    ', 'latin1')], 1, 1, 1), /no lossy WebP/);
+});
+
+test('bodies are grouped by their models', () => {
+  const names = ['arm::upper', 'ground', 'arm::lower::tip'].map((name, id) => ({id, name}));
+  assert.deepEqual(grouped(names), [
+    {name: 'arm', bodies: [{id: 0, name: 'arm::upper', text: 'upper'}, {id: 2, name: 'arm::lower::tip', text: 'lower::tip'}]},
+    {name: 'ground', bodies: [{id: 1, name: 'ground', text: 'ground'}]},
+  ]);
 });
 
 test('ground has triangles between points that are there', () => {
