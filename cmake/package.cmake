@@ -7,7 +7,7 @@ install(FILES deploy/grafana/tessera.json deploy/keys.conf deploy/prometheus.yml
 install(DIRECTORY ${CMAKE_BINARY_DIR}/man DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT configuration EXCLUDE_FROM_ALL)
 install(FILES deploy/completion/tessera.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
   RENAME tessera COMPONENT configuration EXCLUDE_FROM_ALL)
-install(FILES docs/operations.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tessera
+install(FILES docs/counters.md docs/operations.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tessera
   COMPONENT configuration EXCLUDE_FROM_ALL)
 # As pip installs it, by deploy/package.sh.
 install(DIRECTORY ${CMAKE_BINARY_DIR}/python_package/ DESTINATION lib/python3/dist-packages COMPONENT python

@@ -277,7 +277,7 @@ TEST(MetricNamesTest, DashboardAndDocumentationKnowThem) {
     std::ifstream in(std::filesystem::path(TESSERA_SOURCE) / file);
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
-  const std::string documentation = text_of("docs/operations.md");
+  const std::string documentation = text_of("docs/counters.md");
   for (const std::string& name : known) EXPECT_THAT(documentation, HasSubstr("`" + name));
 
   const std::string dashboard = text_of("deploy/grafana/tessera.json");
