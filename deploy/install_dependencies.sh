@@ -40,6 +40,8 @@ test_packages=(
   clang-14 lld-14 wabt
   # the Python package
   mypy python3-pytest python3-zstandard
+  # tutorials
+  procps python3-matplotlib
   # the web UI
   chromium
 )
