@@ -7,6 +7,7 @@
 #   deploy/build.sh release tessera-viewer     the web UI
 #   deploy/build.sh release tessera-wasm       the engine of programs in WebAssembly
 #   deploy/build.sh release tessera-python     the compiled part of the Python package, which pip then installs
+#   deploy/build.sh release reference          the API reference, as pages in build/release/reference
 #   deploy/build.sh release tessera tessera-mjcf   the command, with the reader of worlds and robots of MuJoCo
 set -euo pipefail
 
@@ -31,10 +32,10 @@ fi
 "$top/deploy/install_dependencies.sh" "$group"
 # What has a target once its packages are there.
 later=()
-for name in wasm mjcf python; do
-  [[ " $* " == *" tessera-$name "* ]] || continue
-  later+=("tessera-$name")
-  "$top/deploy/install_dependencies.sh" "$name"
+for target in tessera-wasm tessera-mjcf tessera-python reference; do
+  [[ " $* " == *" $target "* ]] || continue
+  later+=("$target")
+  "$top/deploy/install_dependencies.sh" "${target#tessera-}"
 done
 started=$SECONDS
 

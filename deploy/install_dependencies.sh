@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
-# deploy/install_dependencies.sh [run|wasm|mjcf|python|web|package|test]: installs the missing packages that Tessera needs on
-# Debian 12 (bookworm), and nothing else. Uses sudo if it does not run as root. Each group includes `run`, which is the default:
+# deploy/install_dependencies.sh [run|wasm|mjcf|python|reference|web|package|test]: installs the missing packages that
+# Tessera needs on Debian 12 (bookworm), and nothing else. Uses sudo if it does not run as root. Each group includes `run`,
+# which is the default:
 #
-#   run      to build and run worlds
-#   wasm     for programs in WebAssembly: their engine
-#   mjcf     for worlds and robots of MuJoCo
-#   python   for simulations in Python, and its package
-#   web      for the web UI: Node.js and npm
-#   package  for the Debian packages
-#   test     for the tests: test libraries, Python, a browser, the formatter
+#   run         to build and run worlds
+#   wasm        for programs in WebAssembly: their engine
+#   mjcf        for worlds and robots of MuJoCo
+#   python      for simulations in Python, and its package
+#   reference   for the pages of the API reference
+#   web         for the web UI: Node.js and npm
+#   package     for the Debian packages
+#   test        for the tests: test libraries, Python, a browser, the formatter
 set -euo pipefail
 
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -34,6 +36,7 @@ python_packages=(
 )
 package_packages=(dpkg-dev file help2man)
 mjcf_packages=(libmujoco-dev)
+reference_packages=(doxygen)
 test_packages=(
   ccache clang-format-14 clang-tidy-16 etcd-server file libgeographiclib-dev libgmock-dev libgtest-dev libyaml-cpp-dev valgrind
   # what makes and compares programs in WebAssembly
@@ -50,11 +53,12 @@ case ${1:-run} in
   wasm) packages+=("${wasm_packages[@]}") ;;
   mjcf) packages+=("${mjcf_packages[@]}") ;;
   python) packages+=("${python_packages[@]}") ;;
+  reference) packages+=("${python_packages[@]}" "${reference_packages[@]}") ;;
   web) packages+=("${web_packages[@]}") ;;
   package) packages+=("${wasm_packages[@]}" "${mjcf_packages[@]}" "${python_packages[@]}" "${web_packages[@]}" "${package_packages[@]}") ;;
   test) packages+=("${wasm_packages[@]}" "${mjcf_packages[@]}" "${python_packages[@]}" "${web_packages[@]}" "${test_packages[@]}") ;;
   *)
-    sed -n '2,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+    sed -n '2,13s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
     exit 2
     ;;
 esac
