@@ -50,6 +50,9 @@ if ! configured; then
   echo "configuring in $build ..." >&2
   cmake --preset "$preset" "${options[@]}" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
 fi
+if [ ! -e "$build/.ninja_log" ]; then
+  echo "building: $(ninja -C "$build" -t commands "$@" | wc -l) steps on $(nproc) processors, which takes minutes" >&2
+fi
 ninja -C "$build" "$@" 2>&1 | tee "$log" | progress "building" || {
   grep -v '^\[' "$log" | tail -100 >&2
   exit 1

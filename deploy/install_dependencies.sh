@@ -80,7 +80,10 @@ if [ "$(id -u)" -ne 0 ]; then
   as_root=(sudo)
 fi
 
-echo "installing ${missing[*]}" >&2
+# What apt would fetch; nothing where package lists are missing or outdated.
+megabytes=$(LC_ALL=C apt-get install --print-uris -qq -y --no-install-recommends "${missing[@]}" 2>/dev/null |
+  awk '{ sum += $3 } END { if (sum) printf "%.0f MB of ", sum / 1e6 }') || true
+echo "installing ${megabytes}packages: ${missing[*]}" >&2
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 # Progress out of 1000: a third for downloads, the rest for unpacking and configuration. Reads apt's status lines,
