@@ -29,13 +29,41 @@ Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time)
     : settings_(&settings), frame_(frame) {
   if (frame_ == kWorldFrame) return;
   const MovingFrame& moving = settings_->frames[frame_ - 1];
-  motion_ = motion_at(*settings_, moving, time);
-  falls_ = moving.falls;
-  spin_ = spin_after_ = motion_.orientation.conjugate() * moving.spin;
-  turns_ = !moving.spin.isZero(0);
+  const MovingFrame& outer = outermost(*settings_, moving);
+  motion_ = motion_in_world(*settings_, moving, time);
+  falls_ = outer.falls;
+  const Eigen::Quaterniond back = motion_.orientation.conjugate();
+  spin_ = spin_after_ = back * motion_.spin;
+  turns_ = !motion_.spin.isZero(0);
   if (const auto* planet = std::get_if<CentralGravity>(&settings_->gravity))
-    from_centre_ = metres_from(*planet, moving.start.position, settings_->sector_size) + motion_.way;
+    from_centre_ = metres_from(*planet, outer.start.position, settings_->sector_size);
+  if (falls_) {
+    const Vector3d fallen = motion_at(*settings_, outer, time).way;
+    from_centre_ += fallen;
+    from_outer_ = motion_.way - fallen;
+  } else {
+    from_centre_ += motion_.way;
+  }
   prepare();
+  if (moving.parent() == kWorldFrame || !turns_) return;
+  // It turns about an axis that turns.
+  spin_growth_ = back * motion_.angular_acceleration;
+  const FrameMotion next = motion_in_world(*settings_, moving, time + settings_->time_step);
+  turn_ = next.orientation.conjugate() * motion_.orientation;
+  spin_after_ = next.orientation.conjugate() * next.spin;
+  // Where the outermost frame falls, that is left out of both.
+  const double dt = settings_->time_step;
+  FrameMotion fallen;
+  FrameMotion fallen_next;
+  if (falls_) {
+    fallen = motion_at(*settings_, outer, time);
+    fallen_next = motion_at(*settings_, outer, time + dt);
+  }
+  const Vector3d velocity = motion_.velocity - fallen.velocity;
+  const Vector3d way = next.way - fallen_next.way - (motion_.way - fallen.way);
+  way_beyond_ = back * Vector3d(way - velocity * dt - motion_.acceleration * (dt * dt / 2));
+  change_beyond_ =
+      back * Vector3d(next.velocity - fallen_next.velocity - velocity - motion_.acceleration * dt);
 }
 
 Felt::Felt(const WorldSettings& settings, const CarriedFrame& carried)
@@ -44,6 +72,7 @@ Felt::Felt(const WorldSettings& settings, const CarriedFrame& carried)
   motion_.orientation = place.orientation;
   motion_.velocity = place.velocity;
   motion_.acceleration = carried.acceleration;
+  motion_.spin = place.spin;
   const Eigen::Quaterniond back = place.orientation.conjugate();
   spin_ = spin_after_ = back * place.spin;
   turns_ = !place.spin.isZero(0) || !carried.angular_acceleration.isZero(0);
@@ -72,8 +101,9 @@ Vector3d Felt::place_of(const SectorIndex& home, const Vector3d& position) const
 
 Vector3d Felt::falls_at(const Vector3d& place, bool has_gravity) const {
   if (falls_ && has_gravity) {
-    const Vector3d differs = difference_from(settings_->gravity, from_centre_, motion_.orientation * place);
-    return motion_.orientation.conjugate() * differs;
+    const Vector3d differs =
+        difference_from(settings_->gravity, from_centre_, from_outer_ + motion_.orientation * place);
+    return motion_.orientation.conjugate() * Vector3d(differs - motion_.acceleration);
   }
   Vector3d pull = falls_ ? Vector3d(-acceleration_from(settings_->gravity, from_centre_)) : Vector3d::Zero();
   if (has_gravity)
@@ -109,8 +139,9 @@ Felt::Flight Felt::flight(const SectorIndex& home, const Vector3d& position, con
   const Vector3d place = place_of(home, position);
   const Vector3d outside = velocity + spin_.cross(place);
   const Vector3d falls = falls_at(place, has_gravity);
-  const Vector3d next = turn_ * Vector3d(place + outside * dt + falls * (dt * dt / 2));
-  const Vector3d next_velocity = turn_ * Vector3d(outside + falls * dt) - spin_after_.cross(next);
+  const Vector3d next = turn_ * Vector3d(place + outside * dt + falls * (dt * dt / 2) - way_beyond_);
+  const Vector3d next_velocity =
+      turn_ * Vector3d(outside + falls * dt - change_beyond_) - spin_after_.cross(next);
   return {next - place, next_velocity - velocity};
 }
 

@@ -72,14 +72,20 @@ class Felt {
   bool turns_ = false;
   bool falls_ = false;
   FrameMotion motion_;
-  // m, of the origin from that of a planet; world axes.
+  // m, of the origin from that of a planet; world axes. Where the outermost frame falls: of that one's, and
+  // the origin from there.
   Eigen::Vector3d from_centre_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d from_outer_ = Eigen::Vector3d::Zero();
   // At the beginning of a tick, at its end, and by how much it grows, rad/s^2.
   Eigen::Vector3d spin_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d spin_after_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d spin_growth_ = Eigen::Vector3d::Zero();
   // m/s^2, at the origin: with gravity and without.
   std::array<Eigen::Vector3d, 2> at_origin_ = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  // Of a frame that moves in another one: what its origin does in the tick beyond its velocity and
+  // acceleration at the beginning; m and m/s, along the axes of the beginning.
+  Eigen::Vector3d way_beyond_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d change_beyond_ = Eigen::Vector3d::Zero();
   // What a vector that stays as it is does in the frame in a tick, and twice as far.
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
   Eigen::Quaterniond coriolis_turn_ = Eigen::Quaterniond::Identity();

@@ -57,6 +57,32 @@ TEST(Felt, ThrowsOutwardWhereTheFrameTurns) {
   EXPECT_NEAR((Vector3d(1, 0, 0) + coriolis * dt).norm(), 1, 1e-15) << "its power is 0";
 }
 
+// Beside differences of where it is.
+TEST(Felt, MotionOfAFrameInAFrameIsWhatItsPlaceDoes) {
+  MovingFrame outer;
+  outer.velocity = {3, -1, 2};
+  outer.spin = {0.1, 0.2, -0.3};
+  outer.legs = {{100, {0.5, 0, -0.2}}};
+  MovingFrame inner;
+  inner.start = {{{2, -1, 0, 1}, {3, 4, 5}}, rotation_by({0.3, -0.2, 1})};
+  inner.velocity = {0, 4, 1};
+  inner.spin = {0, 0.5, 0.1};
+  inner.legs = {{100, {0, 0.3, 0.1}}};
+  WorldSettings settings = with(outer);
+  settings.frames.push_back(inner);
+  constexpr double kStep = 1e-4;  // s
+  for (const double time : {1.0, 7.0, 40.0}) {
+    const FrameMotion before = motion_in_world(settings, inner, time - kStep);
+    const FrameMotion now = motion_in_world(settings, inner, time);
+    const FrameMotion after = motion_in_world(settings, inner, time + kStep);
+    EXPECT_LT(((after.way - before.way) / (2 * kStep) - now.velocity).norm(), 1e-5);
+    EXPECT_LT(((after.velocity - before.velocity) / (2 * kStep) - now.acceleration).norm(), 1e-5);
+    const Vector3d turned = rotation_vector(after.orientation * before.orientation.conjugate());
+    EXPECT_LT((turned / (2 * kStep) - now.spin).norm(), 1e-7);
+    EXPECT_LT(((after.spin - before.spin) / (2 * kStep) - now.angular_acceleration).norm(), 1e-7);
+  }
+}
+
 TEST(Felt, WakesBySteps) {
   MovingFrame frame;
   frame.legs = {{1, {0, 0, 0.004}}, {1, {0, 0, 0.1}}};

@@ -94,11 +94,42 @@ FrameMotion motion_at(const WorldSettings& settings, const MovingFrame& frame, d
   FrameMotion motion;
   motion.orientation = rotation_by(frame.spin * time) * frame.start.orientation;
   motion.velocity = frame.velocity;
+  motion.spin = frame.spin;
   if (frame.falls) {
     fall(settings, frame, time, motion);
   } else {
     follow_legs(frame, time, motion);
   }
+  return motion;
+}
+
+const MovingFrame& outermost(const WorldSettings& settings, const MovingFrame& frame) {
+  const MovingFrame* outer = &frame;
+  while (outer->parent() != kWorldFrame) outer = &settings.frames[outer->parent() - 1];
+  return *outer;
+}
+
+// The motion of a point in a frame that itself turns and is accelerated (Goldstein, Classical Mechanics,
+// section 4.10).
+FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time) {
+  FrameMotion own = motion_at(settings, frame, time);
+  if (frame.parent() == kWorldFrame) return own;
+  const FrameMotion outer = motion_in_world(settings, settings.frames[frame.parent() - 1], time);
+  const WorldPosition& start = frame.start.position;
+  const Vector3d from_origin =
+      outer.orientation *
+      Vector3d(relative_to(start, {0, 0, 0, frame.parent()}, settings.sector_size) + own.way);
+  const Vector3d velocity = outer.orientation * own.velocity;
+  const Vector3d spin = outer.orientation * own.spin;
+  FrameMotion motion;
+  motion.way = outer.way + from_origin;
+  motion.orientation = (outer.orientation * own.orientation).normalized();
+  motion.velocity = outer.velocity + outer.spin.cross(from_origin) + velocity;
+  motion.spin = outer.spin + spin;
+  motion.acceleration = outer.acceleration + outer.spin.cross(outer.spin.cross(from_origin)) +
+                        outer.angular_acceleration.cross(from_origin) + 2 * outer.spin.cross(velocity) +
+                        outer.orientation * own.acceleration;
+  motion.angular_acceleration = outer.angular_acceleration + outer.spin.cross(spin);
   return motion;
 }
 
@@ -195,9 +226,16 @@ absl::StatusOr<FramePlace> frame_place(const WorldSettings& settings, FrameNumbe
 
 absl::StatusOr<WorldPose> pose_in_world(const WorldSettings& settings, double time, const WorldPose& pose,
                                         const CarrierPoses& carriers) {
-  const absl::StatusOr<FramePlace> place = frame_place(settings, pose.position.sector.frame, time, carriers);
-  if (!place.ok()) return place.status();
-  return pose_from(*place, pose, settings.sector_size);
+  WorldPose outside = pose;
+  while (outside.position.sector.frame != kWorldFrame) {
+    const absl::StatusOr<FramePlace> place =
+        frame_place(settings, outside.position.sector.frame, time, carriers);
+    if (!place.ok()) return place.status();
+    const absl::StatusOr<WorldPose> next = pose_from(*place, outside, settings.sector_size);
+    if (!next.ok()) return next.status();
+    outside = *next;
+  }
+  return outside;
 }
 
 absl::StatusOr<WorldPose> pose_in_frame(const WorldSettings& settings, double time, const WorldPose& pose,
@@ -205,9 +243,10 @@ absl::StatusOr<WorldPose> pose_in_frame(const WorldSettings& settings, double ti
   if (pose.position.sector.frame == frame) return pose;
   if (const FrameNumber most = std::max(pose.position.sector.frame, frame); most > settings.frames.size())
     return absl::NotFoundError(absl::StrCat("the world has no frame ", most));
-  absl::StatusOr<WorldPose> outside = pose;
-  if (pose.position.sector.frame != kWorldFrame) outside = pose_in_world(settings, time, pose, carriers);
-  if (!outside.ok() || frame == kWorldFrame) return outside;
+  if (frame == kWorldFrame) return pose_in_world(settings, time, pose, carriers);
+  const absl::StatusOr<WorldPose> outside =
+      pose_in_frame(settings, time, pose, settings.frames[frame - 1].parent(), carriers);
+  if (!outside.ok()) return outside.status();
   FramedBody body{outside->position.sector, {}};
   numbers_in(body.state.position) = outside->position.local;
   body.state.rotation = rotation_of(outside->orientation);

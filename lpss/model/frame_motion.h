@@ -15,21 +15,30 @@
 
 namespace tessera {
 
-// At one time, along the world's axes.
+// At one time, along the axes of its parent, or of the world frame.
 struct FrameMotion {
   Eigen::Vector3d way = Eigen::Vector3d::Zero();                    // m, of the origin since tick 0
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // from the frame's axes
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();               // m/s, of the origin
   // m/s^2, likewise, from that time on; of a frame that falls: 0, since it is that of gravity.
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();                  // rad/s
+  Eigen::Vector3d angular_acceleration = Eigen::Vector3d::Zero();  // rad/s^2
 };
 
-// Of a frame without a carrier. `time`: s since tick 0, >= 0. An orbit is that of two bodies, in closed form
-// for any time (Battin, An Introduction to the Mathematics and Methods of Astrodynamics, 1999, section 4.3:
-// Lagrange's coefficients by the change of the eccentric anomaly).
+// In its parent, without a carrier. `time`: s since tick 0, >= 0. An orbit is that of two bodies, in closed
+// form for any time (Battin, An Introduction to the Mathematics and Methods of Astrodynamics, 1999,
+// section 4.3: Lagrange's coefficients by the change of the eccentric anomaly).
 FrameMotion motion_at(const WorldSettings& settings, const MovingFrame& frame, double time);
 
-// Where a frame that moves is at one time, in the world frame.
+// The outermost of the frames that one moves in, itself if that is in the world frame.
+const MovingFrame& outermost(const WorldSettings& settings, const MovingFrame& frame);
+
+// In the world frame, whose axes all is along: the way is from where the outermost frame starts. Its
+// acceleration is without that of gravity, if the outermost frame falls.
+FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time);
+
+// Where a frame is at one time, in its parent.
 struct FramePlace {
   WorldPosition origin;
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // from the frame's axes

@@ -22,7 +22,7 @@ inline constexpr std::size_t kFrameLegsMax = 4096;  // of one frame
 // A stretch of a path with one acceleration.
 struct FrameLeg {
   double seconds = 0;                                      // > 0
-  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  // m/s^2, of the origin, world axes
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  // m/s^2, of the origin, axes of the parent
 };
 
 // A box along the axes of the frame, m from its origin.
@@ -40,18 +40,22 @@ struct FrameCarrier {
   Pose pose;  // of the frame, in the body frame
 };
 
+// It moves in the world frame or in one before it, its parent: all is along the axes of that one.
 struct MovingFrame {
   std::string name;                                    // unique among them
-  WorldPose start;                                     // at tick 0, in the world frame
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s, of the origin at tick 0, world axes
-  Eigen::Vector3d spin = Eigen::Vector3d::Zero();      // rad/s, about the origin, world axes; it stays
+  WorldPose start;                                     // at tick 0, in sectors of its parent
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s, of the origin at tick 0
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();      // rad/s, about the origin; it stays
   std::optional<FrameRegion> region;                   // none: nothing comes or goes
-  // Its origin falls as a body would: on a parabola, or on an orbit around a planet. It has no legs then.
+  // Its origin falls as a body would: on a parabola, or on an orbit around a planet. It has no legs then, and
+  // the world frame as its parent.
   bool falls = false;
   std::vector<FrameLeg> legs;  // one after the other, from tick 0 on
   // It goes where this body goes, and neither falls by itself nor has legs. What is above holds until the end
   // of the first tick.
   std::optional<FrameCarrier> carrier;
+
+  FrameNumber parent() const { return start.position.sector.frame; }
 };
 
 }  // namespace tessera

@@ -344,7 +344,6 @@ absl::Status frame_check(const MovingFrame& frame, const Gravity& gravity, doubl
   if (frame.name.empty()) return refused("its name must not be empty");
   if (absl::Status status = sized("its name", frame.name, kNameBytesMax); !status.ok()) return status;
   const WorldPosition& position = frame.start.position;
-  if (position.sector.frame != kWorldFrame) return refused("it must start in the world frame");
   if (absl::Status status = finite("position", position.local); !status.ok()) return status;
   if (auto home = canonical(position.sector, position.local, sector_size); !home.ok()) return home.status();
   if (absl::Status status = unit_quaternion("orientation", frame.start.orientation); !status.ok())
@@ -389,6 +388,17 @@ absl::Status frame_check(const MovingFrame& frame, const Gravity& gravity, doubl
   return absl::OkStatus();
 }
 
+absl::Status parent_check(const MovingFrame& frame, const std::vector<MovingFrame>& frames) {
+  const FrameNumber parent = frame.parent();
+  if (parent == kWorldFrame) return absl::OkStatus();
+  if (parent > frames.size() || &frames[parent - 1] >= &frame)
+    return refused("it must start in the world frame, or in a frame that is listed before it");
+  if (frames[parent - 1].carrier) return refused("it must not start in a frame that a body carries");
+  if (frame.falls) return refused("it falls, and must start in the world frame");
+  if (frame.carrier) return refused("it has a carrier, and must start in the world frame");
+  return absl::OkStatus();
+}
+
 absl::Status moving_frames_check(const WorldSettings& settings) {
   const std::vector<MovingFrame>& frames = settings.frames;
   if (frames.size() > kMovingFramesMax)
@@ -399,6 +409,7 @@ absl::Status moving_frames_check(const WorldSettings& settings) {
   for (const MovingFrame& frame : frames) {
     const std::string what = absl::StrCat("frame '", frame.name, "'");
     if (absl::Status status = utf8("frame", frame.name); !status.ok()) return status;
+    if (absl::Status status = parent_check(frame, frames); !status.ok()) return in(what, status);
     if (absl::Status status = frame_check(frame, settings.gravity, settings.sector_size); !status.ok())
       return in(what, status);
     if (!names.insert(frame.name).second) return refused(what, ": another frame has this name");

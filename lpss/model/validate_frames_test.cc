@@ -57,8 +57,15 @@ TEST(MovingFrames, AreRefusedWithTheirNameAndTheBound) {
               HasSubstr("frame 'ship': velocity = 4e+08 m/s must be at most 3e+08 m/s"));
   EXPECT_THAT(refusal([](MovingFrame& f) { f.spin.z() = NAN; }), HasSubstr("spin"));
   EXPECT_THAT(refusal([](MovingFrame& f) { f.start.orientation.w() = 2; }), HasSubstr("norm"));
-  EXPECT_THAT(refusal([](MovingFrame& f) { f.start.position.sector.frame = 1; }),
-              HasSubstr("it must start in the world frame"));
+  EXPECT_EQ(refusal([](MovingFrame& f) { f.start.position.sector.frame = 1; }), "");
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.start.position.sector.frame = 2; }),
+              HasSubstr("it must start in the world frame, or in a frame that is listed before it"));
+  EXPECT_THAT(refusal([](MovingFrame& f) {
+                f.start.position.sector.frame = 1;
+                f.legs.clear();
+                f.falls = true;
+              }),
+              HasSubstr("it falls, and must start in the world frame"));
   EXPECT_THAT(refusal([](MovingFrame& f) { f.legs[0].seconds = 0; }), HasSubstr("leg 1: seconds = 0"));
   EXPECT_THAT(refusal([](MovingFrame& f) { f.legs[0].acceleration.x() = 1e9; }),
               HasSubstr("leg 1: acceleration"));

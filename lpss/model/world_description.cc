@@ -16,12 +16,13 @@ absl::Status move_by(WorldDescription& world, const SectorOffset& offset) {
     planet_sector = translated(planet->centre.sector, offset);
     if (!planet_sector.ok()) return in("the centre of central gravity", planet_sector.status());
   }
+  // What is in them goes with them.
+  const auto moves = [](const SectorIndex& sector) { return sector.frame == kWorldFrame; };
   for (const MovingFrame& frame : world.settings.frames) {
+    if (!moves(frame.start.position.sector)) continue;
     const absl::StatusOr<SectorIndex> moved = translated(frame.start.position.sector, offset);
     if (!moved.ok()) return in(absl::StrCat("frame '", frame.name, "'"), moved.status());
   }
-  // What is in them goes with them.
-  const auto moves = [](const SectorIndex& sector) { return sector.frame == kWorldFrame; };
   for (const BodyDescription& body : world.bodies) {
     if (!moves(body.pose.position.sector)) continue;
     const absl::StatusOr<SectorIndex> moved = translated(body.pose.position.sector, offset);
@@ -35,8 +36,10 @@ absl::Status move_by(WorldDescription& world, const SectorOffset& offset) {
 
   world.anchor = *anchor;
   if (planet != nullptr) planet->centre.sector = *planet_sector;
-  for (MovingFrame& frame : world.settings.frames)
+  for (MovingFrame& frame : world.settings.frames) {
+    if (!moves(frame.start.position.sector)) continue;
     frame.start.position.sector = *translated(frame.start.position.sector, offset);
+  }
   for (BodyDescription& body : world.bodies) {
     if (!moves(body.pose.position.sector)) continue;
     body.pose.position.sector = *translated(body.pose.position.sector, offset);

@@ -179,6 +179,41 @@ TEST(Crossings, AStackThatSlidesAboardStaysWhole) {
   EXPECT_EQ(asleep(*ferry), 2);
 }
 
+// All of a world with one frame in another frame, which goes at 465 m/s.
+WorldDescription in_another(WorldDescription world) {
+  MovingFrame planet;
+  planet.name = "planet";
+  planet.start.position.sector = {1, 2, 3};
+  planet.velocity = {0, 465, 0};
+  MovingFrame inner = world.settings.frames.front();
+  inner.start.position.sector.frame = 1;
+  world.settings.frames = {planet, inner};
+  for (BodyDescription& body : world.bodies) ++body.pose.position.sector.frame;
+  return world;
+}
+
+TEST(Crossings, InAFrameThatMovesGoTheSameWay) {
+  const WorldDescription world = stack_and_ferry(true);
+  const auto alone = simulation_of(world);
+  const auto moving = simulation_of(in_another(world));
+  for (int tick = 0; tick < 200; ++tick) {
+    alone->step();
+    moving->step();
+    const std::vector<BodyRecord> here = bodies_of(*alone);
+    const std::vector<BodyRecord> there = bodies_of(*moving);
+    for (std::size_t n = 0; n < here.size(); ++n) {
+      SectorIndex home = here[n].home;
+      ++home.frame;
+      ASSERT_EQ(there[n].home, home) << tick;
+      ASSERT_EQ(there[n].state.position, here[n].state.position) << tick;
+      ASSERT_EQ(there[n].state.linear_velocity, here[n].state.linear_velocity) << tick;
+    }
+  }
+  EXPECT_EQ(bodies_of(*moving).front().home.frame, 2u);
+  const std::vector<WorldHash> one = hashes_of(in_another(stack_and_ferry(true, 2)), 1, 100);
+  EXPECT_EQ(first_difference(one, hashes_of(in_another(stack_and_ferry(true, 2)), 4, 100)), one.size());
+}
+
 // Three boxes in a row, joined by balls.
 WorldDescription train_and_row(double sector_size) {
   MovingFrame frame;

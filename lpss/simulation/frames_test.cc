@@ -183,6 +183,40 @@ TEST(Frames, WhatFliesInAHabitatGoesStraightOutside) {
   }
 }
 
+// A ring that turns in a station that turns: about another axis, and beside it.
+TEST(Frames, WhatFliesInAFrameOfAFrameGoesStraightOutside) {
+  WorldBuilder builder(settings_of(64, Vector3d::Zero()));
+  const Vector3d place(3, 2, -4);
+  const Vector3d velocity(1, -2, 0.5);
+  builder.add("ball", builder.shape(Sphere{0.2}), 1, place).linear_velocity = velocity;
+  WorldDescription world = aboard(frame_at({20, 0, 0}, {0, 0, 0.2}), builder.world());
+  MovingFrame ring;
+  ring.name = "ring";
+  ring.start = {*canonical({0, 0, 0, 1}, {90, 10, 0}, 64), rotation_by({0.4, 0, 0})};
+  ring.velocity = {0, 3, 0};
+  ring.spin = {0.3, 0, 0};
+  ring.legs = {{5, {0, 0, 1}}};
+  world.settings.frames.push_back(ring);
+  for (BodyDescription& body : world.bodies) body.pose.position.sector.frame = 2;
+  const auto simulation = simulation_of(world);
+  const auto seen = [&] {
+    const Partition& partition = simulation->partition();
+    const double time = static_cast<double>(simulation->tick()) * partition.dt();
+    const FrameMotion motion = motion_in_world(partition.settings, ring, time);
+    return std::pair(motion, time);
+  };
+  const FrameMotion start = seen().first;
+  const Vector3d from = start.way + start.orientation * place;
+  const Vector3d outside =
+      start.velocity + start.spin.cross(start.orientation * place) + start.orientation * velocity;
+  for (int tick = 1; tick <= 120; ++tick) {
+    simulation->step();
+    const auto [motion, time] = seen();
+    const Vector3d now = motion.way + motion.orientation * place_of(*simulation, body_of(*simulation, 1));
+    EXPECT_LT((now - from - outside * time).norm(), 5e-3) << tick;
+  }
+}
+
 // What is at rest outside goes round and round inside.
 TEST(Frames, EnergyDoesNotDriftInFreeFlight) {
   const Vector3d place(0, 0, -40);

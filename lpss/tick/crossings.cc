@@ -21,14 +21,14 @@ double outside_of(const FrameRegion& region, const Vector3d& place) {
   return ((place - region.centre).cwiseAbs() - region.size / 2).maxCoeff();
 }
 
-// A frame with a region, as it is at the end of a tick.
+// A frame with a region, as it is in its parent at the end of a tick.
 struct Border {
   FrameNumber frame = kWorldFrame;
+  FrameNumber parent = kWorldFrame;
   const FrameRegion* region = nullptr;
   FramePlace place;
 
-  // m, of a point from the centre of the region; world axes. `from`: the centre of a sector of the world
-  // frame.
+  // m, of a point from the centre of the region; axes of the parent. `from`: a sector of it.
   Vector3d from_centre(const SectorIndex& from, const Vector3d& point, double sector_size) const {
     return metres_between(place.origin.sector, from, sector_size) + (point - place.origin.local) -
            place.orientation * region->centre;
@@ -88,7 +88,8 @@ class Crossings {
     for (FrameNumber frame = 1; frame <= frames.size(); ++frame) {
       if (!frames[frame - 1].region) continue;
       const absl::StatusOr<FramePlace> place = place_of(partition, frame, tick, /*is_told=*/false);
-      if (place.ok()) borders_.push_back({frame, &*frames[frame - 1].region, *place});
+      if (place.ok())
+        borders_.push_back({frame, frames[frame - 1].parent(), &*frames[frame - 1].region, *place});
     }
   }
 
@@ -111,8 +112,10 @@ class Crossings {
       return sector.world->position(body->slot).cwiseAbs().maxCoeff() > size_;
     });
     for (const Border& border : borders_) {
-      if (sector.index.frame != kWorldFrame) {
-        if (border.frame == sector.index.frame) near_.push_back(&border);
+      if (border.frame == sector.index.frame) {
+        near_.push_back(&border);
+      } else if (border.parent != sector.index.frame) {
+        continue;
       } else if (is_fast || border.from_centre(sector.index, Vector3d::Zero(), size_).norm() <
                                 reach + border.region->size.norm() / 2) {
         near_.push_back(&border);
@@ -124,7 +127,7 @@ class Crossings {
   const Border* crossed_by(const Sector& sector, const HomeBody& body) const {
     const Vector3d position = sector.world->position(body.slot);
     for (const Border* border : near_) {
-      if (sector.index.frame == kWorldFrame) {
+      if (sector.index.frame == border->parent) {
         if (border->contains(border->from_centre(sector.index, position, size_))) return border;
       } else {
         const Vector3d place = metres_between({0, 0, 0, border->frame}, sector.index, size_) + position;
@@ -139,7 +142,7 @@ class Crossings {
                                             component.bodies_end - component.bodies_begin);
     const Border* const border = crossed_by(sector, *bodies.front());
     if (border == nullptr) return std::nullopt;
-    const bool comes_in = sector.index.frame == kWorldFrame;
+    const bool comes_in = sector.index.frame == border->parent;
     const bool is_held = touches_what_is_fixed(partition_, sector, component);
     Crossing crossing{bodies.front()->id, bodies.size(), border->frame, comes_in, {}};
     for (const HomeBody* body : bodies) {

@@ -160,7 +160,7 @@ absl::StatusOr<WorldPose> read_site(const Element& element, double sector_size) 
   return frame;
 }
 
-absl::StatusOr<MovingFrame> take_moving_frame(Element& element, double sector_size) {
+absl::StatusOr<MovingFrame> take_moving_frame(Element& element, FrameNumber parent, double sector_size) {
   MovingFrame result;
   const absl::StatusOr<PlacementExtras> extras = take_extras(element);
   if (!extras.ok()) return extras.status();
@@ -188,7 +188,7 @@ absl::StatusOr<MovingFrame> take_moving_frame(Element& element, double sector_si
     const absl::StatusOr<xml::RelativePose> start = xml::pose_of(*child);
     if (!start.ok()) return start.status();
     if (!start->relative_to.empty())
-      return xml::invalid(*child, "a <tessera:frame> starts relative to the world");
+      return xml::invalid(*child, "a <tessera:frame> starts relative to the world, or to the one around it");
     pose = start->pose;
     element.DeleteChild(child);
   }
@@ -200,7 +200,7 @@ absl::StatusOr<MovingFrame> take_moving_frame(Element& element, double sector_si
     }
     result.carrier = FrameCarrier{{}, pose};
   }
-  const WorldPose sector{{{extras->sector.i, extras->sector.j, extras->sector.k}}};
+  const WorldPose sector{{{extras->sector.i, extras->sector.j, extras->sector.k, parent}}};
   const absl::StatusOr<WorldPose> start = compose(sector, pose, sector_size);
   if (!start.ok()) return xml::error_at(element, start.status().code(), start.status().message());
   result.start = *start;

@@ -39,8 +39,9 @@ absl::StatusOr<CentralGravity> read_central_gravity(const xml::Element& element,
 
 absl::StatusOr<WorldPose> read_site(const xml::Element& element, double sector_size);
 
-// A <tessera:frame>, from which all but its models and frames is removed.
-absl::StatusOr<MovingFrame> take_moving_frame(xml::Element& element, double sector_size);
+// A <tessera:frame>, which moves in the frame `parent`, and from which all but its models and frames is
+// removed.
+absl::StatusOr<MovingFrame> take_moving_frame(xml::Element& element, FrameNumber parent, double sector_size);
 
 // Tessera's elements of a model, which are removed from it.
 struct PlacementExtras {

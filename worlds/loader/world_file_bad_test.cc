@@ -35,6 +35,13 @@ std::string world(const std::string& body) {
   return absl::StrCat("<sdf version='1.9'>\n<world name='w'>\n", body, "\n</world></sdf>");
 }
 
+// To carry a frame.
+std::string ship(const std::string& of_model = "") {
+  return absl::StrCat("<model name='ship'>", of_model,
+                      "<link name='l'><collision name='c'><geometry><box><size>1 1 1</size></box></geometry>"
+                      "</collision></link></model>");
+}
+
 std::string settings(const std::string& body) {
   return world(absl::StrCat("<tessera:settings>", body, "</tessera:settings>"));
 }
@@ -356,9 +363,15 @@ std::vector<Row> tessera_rows() {
       {"FrameTwice",
        world("<tessera:frame name='f'/><tessera:frame name='f'/>"),
        {"<tessera:frame name='f'>", "unique"}},
-      {"FrameInFrame",
-       world("<tessera:frame name='f'><tessera:frame name='g'/></tessera:frame>"),
-       {"<tessera:frame name='g'>", "not allowed in a <tessera:frame>"}},
+      {"FrameInSite",
+       world("<tessera:site name='s' latitude='1' longitude='2'><tessera:frame name='g'/></tessera:site>"),
+       {"<tessera:frame name='g'>", "not allowed in a <tessera:site>"}},
+      {"FrameThatFallsInFrame",
+       world("<tessera:frame name='f'><tessera:frame name='g' falls='true'/></tessera:frame>"),
+       {"frame 'g'", "it falls, and must start in the world frame"}},
+      {"FrameInCarried",
+       world(ship() + "<tessera:frame name='f' carrier='ship::l'><tessera:frame name='g'/></tessera:frame>"),
+       {"frame 'g'", "must not start in a frame that a body carries"}},
       {"FrameAttribute", world("<tessera:frame name='f' speed='1'/>"), {"unknown attribute 'speed'"}},
       {"FrameFast",
        world("<tessera:frame name='f' velocity='4e8 0 0'/>"),
@@ -377,16 +390,16 @@ std::vector<Row> tessera_rows() {
        world("<tessera:frame name='f' carrier='ship::hull'/>"),
        {"<tessera:frame name='f'>", "carrier 'ship::hull' is no body of the world"}},
       {"FrameCarrierStatic",
-       world(model("ship", "<static>true</static>") + "<tessera:frame name='f' carrier='ship::l'/>"),
+       world(ship("<static>true</static>") + "<tessera:frame name='f' carrier='ship::l'/>"),
        {"frame 'f'", "body 'ship::l', must be dynamic or kinematic"}},
       {"FrameCarrierSpeed",
-       world(model("ship", "") + "<tessera:frame name='f' carrier='ship::l' velocity='1 0 0'/>"),
+       world(ship() + "<tessera:frame name='f' carrier='ship::l' velocity='1 0 0'/>"),
        {"<tessera:frame name='f'>", "there is no 'velocity'"}},
       {"FrameCarrierFalls",
-       world(model("ship", "") + "<tessera:frame name='f' carrier='ship::l' falls='true'/>"),
+       world(ship() + "<tessera:frame name='f' carrier='ship::l' falls='true'/>"),
        {"frame 'f'", "neither falls nor has legs"}},
       {"FrameCarrierInFrame",
-       world("<tessera:frame name='g'>" + model("ship", "") +
+       world("<tessera:frame name='g'>" + ship() +
              "</tessera:frame><tessera:frame name='f' carrier='ship::l'/>"),
        {"frame 'f'", "must be in the world frame"}},
       {"ArmatureOfNoAxis", joint("<tessera:armature value='1' axis='2'/>"), {"joint 'j'", "no axis 2"}},

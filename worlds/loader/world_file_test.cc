@@ -141,6 +141,21 @@ TEST(Places, InFramesThatMove) {
   EXPECT_EQ(at("rider::l").sector.frame, 2u);
 }
 
+TEST(Places, InAFrameThatMovesInAnother) {
+  const LoadedWorld loaded =
+      load(world("<tessera:frame name='planet' spin='0 0 0.1'><tessera:frame name='train' velocity='30 0 0'>"
+                 "<pose>200 0 1 0 0 0</pose>" +
+                 model("crate", "<pose>1 0 0 0 0 0</pose>") + "</tessera:frame>" + model("rock", "") +
+                 "</tessera:frame>"));
+  const std::vector<MovingFrame>& frames = loaded.world.settings.frames;
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames[0].parent(), kWorldFrame);
+  EXPECT_EQ(frames[1].parent(), 1u);
+  EXPECT_EQ(frames[1].start.position, (WorldPosition{{2, 0, 0, 1}, {-56, 0, 1}}));
+  EXPECT_EQ(body_named(loaded, "crate::l").pose.position.sector.frame, 2u);
+  EXPECT_EQ(body_named(loaded, "rock::l").pose.position.sector.frame, 1u);
+}
+
 TEST(Places, OnACarrier) {
   const LoadedWorld loaded = load(
       world("<tessera:frame name='deck' carrier='ship::l'><pose>0 0 2 0 0 0</pose>" +

@@ -70,7 +70,7 @@ class WorldReader {
   absl::Status read_scope(Element& parent, const WorldPose& scope);
   absl::Status read_element(Element& element, const WorldPose& scope, bool in_group);
   absl::Status read_site_group(Element& site);
-  absl::Status read_moving_frame(Element& frame);
+  absl::Status read_moving_frame(Element& frame, const WorldPose& scope);
   absl::Status find_carriers();
   absl::Status read_model(Element& model, const WorldPose& scope);
   absl::Status read_include(Element& include, const WorldPose& scope);
@@ -236,12 +236,13 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
   if (xml::is(element, "include")) return read_include(element, scope);
   if (xml::is(element, "frame")) return read_frame(element, scope);
   if (xml::is(element, "joint")) return read_joint(element, scope);
+  if (xml::is(element, "tessera:frame") && !xml::is(*element.Parent()->ToElement(), "tessera:site"))
+    return read_moving_frame(element, scope);
   if (in_group) {
     return xml::invalid(element, "this element is not allowed in a <", element.Parent()->ToElement()->Name(),
                         ">");
   }
   if (xml::is(element, "tessera:site")) return read_site_group(element);
-  if (xml::is(element, "tessera:frame")) return read_moving_frame(element);
   for (absl::string_view known : {"gravity", "physics", "tessera:settings", "tessera:central_gravity"}) {
     if (!xml::is(element, known)) continue;
     const Element* first = element.Parent()->FirstChildElement(element.Name());
@@ -278,8 +279,9 @@ absl::Status WorldReader::read_site_group(Element& site) {
   return read_scope(site, *frame);
 }
 
-absl::Status WorldReader::read_moving_frame(Element& frame) {
-  absl::StatusOr<MovingFrame> moving = take_moving_frame(frame, world_.settings.sector_size);
+absl::Status WorldReader::read_moving_frame(Element& frame, const WorldPose& scope) {
+  absl::StatusOr<MovingFrame> moving =
+      take_moving_frame(frame, scope.position.sector.frame, world_.settings.sector_size);
   if (!moving.ok()) return moving.status();
   std::vector<MovingFrame>& frames = world_.settings.frames;
   Placed placed;

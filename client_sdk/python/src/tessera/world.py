@@ -58,12 +58,13 @@ class CentralGravity:
 
 @dataclass
 class MovingFrame:
-    """A frame with sectors of its own: a train, a ship, a station. World axes; what is in it has `frame=n`, its place
-    in `Settings(frames=...)` from 1 on, in `WorldPosition`.
+    """A frame with sectors of its own: a train, a ship, a station. What is in it has `frame=n`, its place in
+    `Settings(frames=...)` from 1 on, in `WorldPosition`. It moves in the world, or in the frame of its `position`, which
+    must be listed before it; all is along the axes of that.
     """
 
     name: str
-    position: PositionLike = (0.0, 0.0, 0.0)  # at tick 0, in the world
+    position: PositionLike = (0.0, 0.0, 0.0)  # at tick 0
     orientation: VectorLike = IDENTITY
     velocity: VectorLike = (0.0, 0.0, 0.0)  # m/s, of its origin at tick 0
     spin: VectorLike = (0.0, 0.0, 0.0)  # rad/s, about its origin; it stays
