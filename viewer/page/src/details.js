@@ -24,12 +24,19 @@ export function programFacts(programs) {
      fault ? `stopped: ${fault}` : [text(inputs), text(values)].filter(Boolean).join('; ')]);
 }
 
-// What can be plotted of a body: its speed, and the numbers of its programs, each by a name.
-export function plottable({speed}, programs) {
+// What can be plotted of a body: its speed, the numbers of its programs, and where the joints of its model are, each by
+// a name.
+export function plottable({speed}, programs, joints = []) {
   const found = new Map([[kPlotFirst, speed]]);
   for (const {kind, name, inputs, values} of programs) {
     for (const [number, value] of [...Object.entries(inputs), ...Object.entries(values)].slice(0, kPlottableMax))
       found.set(`${name || kind}: ${number}`, value);
+  }
+  for (const {name, axes} of joints.slice(0, kPlottableMax)) {
+    axes.forEach(({position, unit}, n) => {
+      const which = axes.length > 1 ? ` axis ${n + 1}` : '';
+      if (position !== null) found.set(`joint ${name.split('::').slice(1).join('::') || name}${which}, ${unit}`, position);
+    });
   }
   return found;
 }
@@ -41,9 +48,9 @@ export class Details {
   #programs = [];
   #askedPrograms = 0;  // ms
 
-  // `programsOf(id)` promises the programs of a body; `onRays` is told of rays of its sensors (SensorRays.show()).
-  constructor({panel, name, facts, plot, choice, actions, bodies, programsOf, onRays}) {
-    Object.assign(this, {panel, name, facts, plotPlace: plot, choice, actions, bodies, programsOf, onRays});
+  // `programsOf(id)` promises the programs of a body, and `joints()` returns those of its model; `onRays` is told of rays of its sensors (SensorRays.show()).
+  constructor({panel, name, facts, plot, choice, actions, bodies, programsOf, joints, onRays}) {
+    Object.assign(this, {panel, name, facts, plotPlace: plot, choice, actions, bodies, programsOf, joints, onRays});
     choice.onchange = () => this.#plotNumber(choice.value);
   }
 
@@ -121,7 +128,7 @@ export class Details {
       ...(hasServers ? [['server', String(server + 1)]] : []),
       ...programFacts(this.#programs),
     ]);
-    const numbers = plottable(body, this.#programs);
+    const numbers = plottable(body, this.#programs, hasServers ? this.joints() : []);
     this.#refreshChoice([...numbers.keys()]);
     this.#plot.add(numbers.get(this.#plotted) ?? 0);
     if (hasServers && info.motion !== 'static') this.#askPrograms();

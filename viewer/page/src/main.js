@@ -142,6 +142,7 @@ const details = new Details({
   actions: $('bodyActions'),
   bodies,
   programsOf: (id) => source.ask('programs', {body: id}),
+  joints: () => model.told,
   onRays: (rays) => {
     picture.sensorRays.show(rays);
     redraw();

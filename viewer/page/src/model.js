@@ -51,6 +51,7 @@ export class Model {
   #bodies = '';       // as they are shown
   #wanted = null;     // a drive that waits for the answer to the one before
   #isDriving = false;
+  #joints = [];
 
   // `ask(what, details)` promises an answer; `mayDrive()`: whether the world may be changed.
   constructor({panel, name, filter, bodies, joints, ask, select, mayDrive, notify}) {
@@ -58,12 +59,16 @@ export class Model {
     filter.oninput = () => this.#narrow();
   }
 
+  // As they were last told: {name, axes}.
+  get told() { return this.#joints; }
+
   // Of the body of this name; null: of none.
   show(body) {
     const name = body?.includes('::') ? modelOf(body) : null;
     if (name === this.#name) return;
     this.#name = name;
     this.#asked = 0;
+    this.#joints = [];
     this.#bodies = '';
     this.#rows.clear();
     this.filter.value = '';
@@ -82,6 +87,7 @@ export class Model {
   }
 
   #fill({bodies, joints, truncated}) {
+    this.#joints = joints;
     this.panel.hidden = bodies.length < 2 && joints.length === 0;
     this.title.textContent = truncated ? `${this.#name}, in part` : this.#name;
     const shown = JSON.stringify(bodies);

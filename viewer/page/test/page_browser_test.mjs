@@ -260,14 +260,21 @@ test('contacts of a paused world are shown from any view', async () => {
 
 test('a click on the ground selects the sector, if sectors are shown', async () => {
   await jumpTo('crate_face::crate');
-  const ground = await page.evaluate(() => {
-    const {bodies, camera, picture, state} = window.tessera;
-    const {position} = bodies.look(state.selected);
+  // Beside the crate; what was spawned and pushed before may lie on one side of it.
+  const ground = await page.evaluate(async () => {
+    const {bodies, camera, connection, picture, state} = window.tessera;
     const box = document.getElementById('world').getBoundingClientRect();
-    const [x, y, z] = position.local;
-    picture.aim(camera, bodies.view);  // `view` may be newer than the last picture
-    const [left, top] = picture.toWindow(camera, [x, y - 2, z - 0.5]);
-    return [left + box.left, top + box.top];
+    const [x, y, z] = bodies.look(state.selected).position.local;
+    for (const [dx, dy] of [[0, -2], [-2, 0], [2, 0], [0, 2], [-2, -2]]) {
+      picture.aim(camera, bodies.view);  // `view` may be newer than the last picture
+      const [left, top] = picture.toWindow(camera, [x + dx, y + dy, z - 0.5]);
+      const [clientX, clientY] = [left + box.left, top + box.top];
+      const {origin, direction} = picture.rayThrough(camera, bodies.view, {clientX, clientY});
+      const hit = await connection.ask(
+          'pick', {sector: bodies.view.sector.map(String), local: origin, direction, length: 100});
+      if (hit.hit && bodies.look(hit.body).info.motion === 'static') return [clientX, clientY];
+    }
+    throw new Error('no ground beside the crate');
   });
   await page.mouse.click(...ground);
   const text = (id) => page.$eval(id, (element) => element.textContent);
@@ -487,6 +494,7 @@ test('the model of a selected body shows its parts, and its joints are driven', 
     }
   };
   await stepUntil(async () => /^0\.(2[5-9]|3[0-5])\d rad$/.test(await joint()), 'the elbow is not where it was told to be');
+  await page.waitForFunction(() => [...document.getElementById('plotted').options].some(({value}) => value === 'joint elbow, rad'));
   await page.type('#modelFilter', 'elbow');
   assert.equal(await page.$$eval('#modelJoints label', (rows) => rows.filter((row) => !row.hidden).length), 1);
   await jumpTo('robot::hull');

@@ -144,6 +144,13 @@ test('programs are a row each, with their numbers or why they were stopped', () 
 });
 
 test('what a body and its programs measure can be plotted', () => {
+  const joints = [
+    {name: 'arm::elbow', axes: [{position: 0.5, unit: 'rad'}]},
+    {name: 'arm::ball', axes: [{position: null, unit: 'rad'}, {position: 1, unit: 'm'}]},
+  ];
+  assert.deepEqual([...plottable({speed: 3}, [], joints)], [
+    ['speed, m/s', 3], ['joint elbow, rad', 0.5], ['joint ball axis 2, m', 1],
+  ]);
   const programs = [
     {kind: 'imu', name: 'front', inputs: {}, values: {x: 1, y: 2}},
     {kind: 'pid', name: '', inputs: {set_point: 0.5}, values: {error: 0.25}},
