@@ -122,7 +122,7 @@ absl::StatusOr<std::filesystem::path> WorldShelf::new_snapshot(const std::string
 std::filesystem::path worlds_of_installation(const std::filesystem::path& executable_folder) {
   std::error_code error;
   for (const char* place : {"../share/tessera/worlds", "../../../worlds"}) {
-    const std::filesystem::path folder = std::filesystem::weakly_canonical(executable_folder / place, error);
+    std::filesystem::path folder = std::filesystem::weakly_canonical(executable_folder / place, error);
     if (!error && std::filesystem::is_directory(folder, error)) return folder;
   }
   return {};

@@ -78,3 +78,10 @@ export async function openPage(browser, url, isPatient = false) {
   await page.goto(url);
   return page;
 }
+
+// Opens the web UI at `url`, coarse, so that rendering on the CPU takes only seconds, and waits for its bodies.
+export async function goCoarsely(page, url) {
+  await page.goto(url);
+  await page.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
+  await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
+}

@@ -5,7 +5,7 @@ import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 
-import {openBrowser, openPage, start, tessera, upCluster} from './browser.mjs';
+import {goCoarsely as goCoarselyIn, openBrowser, openPage, start, tessera, upCluster} from './browser.mjs';
 
 const world = join(process.env.TESSERA_WORLDS_FOLDER, 'seam.sdf');
 
@@ -14,12 +14,7 @@ let browser;
 let page;
 let folder;
 
-// Coarse, so that CPU rendering takes only seconds.
-async function goCoarsely(url) {
-  await page.goto(url);
-  await page.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.25}));
-  await page.waitForFunction(() => window.tessera.bodies.countMoving > 0);
-}
+const goCoarsely = (url) => goCoarselyIn(page, url);
 
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), 'tessera-page-'));
@@ -98,115 +93,6 @@ async function stepUntil(condition, ...args) {
     await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 1}));
   }
 }
-
-// The panels and controls that are shown: boxes in pixels, and whether they or their texts are cut.
-const shownBoxes = () => page.evaluate(() => {
-  const panels = ['header', 'nav', '#left', '#right', 'footer'];
-  const shown = (element) => getComputedStyle(element).display !== 'none' && element.getClientRects().length > 0;
-  const box = (element) => {
-    const {left, top, right, bottom} = element.getBoundingClientRect();
-    return {name: element.id || element.tagName, left, top, right, bottom};
-  };
-  const controls = [...document.querySelectorAll('header button, nav button, nav select, nav input')].filter(shown);
-  return {
-    panels: panels.map((name) => document.querySelector(name)).filter(shown).map(box),
-    controls: controls.map((element) => {
-      const {left, top, right, bottom} = element.getBoundingClientRect();
-      const found = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
-      return {...box(element), isOnTop: element.contains(found)};
-    }),
-    wide: document.querySelector('header').scrollWidth - document.querySelector('header').clientWidth,
-  };
-});
-
-for (const [width, height] of [[390, 780], [800, 600], [1024, 768], [1440, 900], [2560, 1080]]) {
-  test(`at ${width} x ${height} nothing is covered or cut`, async () => {
-    const before = page.viewport();
-    await page.setViewport({width, height});
-    for (const side of ['left', 'right', 'none']) {
-      await page.evaluate((wanted) => {
-        for (const name of ['left', 'right']) {
-          const button = document.getElementById(`${name}Toggle`);
-          if ((button.getAttribute('aria-expanded') === 'true') !== (name === wanted || innerWidth >= 900 && wanted !== 'none'))
-            button.click();
-        }
-      }, side);
-      const {panels, controls, wide} = await shownBoxes();
-      assert.ok(panels.length >= (side === 'none' ? 3 : 4), side);
-      for (const box of [...panels, ...controls]) {
-        assert.ok(box.left >= 0 && box.top >= 0 && box.right <= width && box.bottom <= height, `${box.name} is outside`);
-      }
-      for (const [n, a] of panels.entries()) {
-        for (const b of panels.slice(n + 1)) {
-          const isApart = a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
-          assert.ok(isApart, `${a.name} covers ${b.name}, ${side}`);
-        }
-      }
-      for (const {name, isOnTop} of controls) assert.ok(isOnTop, `${name} is covered`);
-      assert.ok(wide <= 0, 'the header is cut');
-    }
-    await page.setViewport(before);
-    await page.evaluate(() => localStorage.clear());
-    await goCoarsely(cluster.url);
-  });
-}
-
-test('colours are light where the system says so, and as chosen from then on', async () => {
-  const isTheme = (name) => page.waitForFunction((wanted) => document.documentElement.dataset.theme === wanted, {}, name);
-  const sky = () => page.evaluate(() => window.tessera.picture.scene.background.getHexString());
-  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'dark'}]);
-  await isTheme('dark');
-  const dark = await sky();
-  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'light'}]);
-  await isTheme('light');
-  assert.notEqual(await sky(), dark);
-  await page.click('#themeToggle');
-  await goCoarsely(cluster.url);
-  await isTheme('dark');
-  await page.evaluate(() => localStorage.clear());
-});
-
-test('Space presses the button that has the focus, and else runs and pauses', async () => {
-  await page.focus('#helpOpen');
-  await page.keyboard.press('Space');
-  assert.equal(await page.$eval('#help', ({open}) => open), true);
-  assert.match(await page.$eval('#help', (help) => help.innerText), /Space\s+run or pause/);
-  await page.keyboard.press('Escape');
-  assert.equal(await page.$eval('#help', ({open}) => open), false);
-  assert.equal(await page.$eval('#state', ({textContent}) => textContent), 'paused');
-  await page.focus('#world');
-  await page.keyboard.press('?');
-  assert.equal(await page.$eval('#help', ({open}) => open), true);
-  await page.keyboard.press('Escape');
-  await page.focus('#world');
-  await page.keyboard.press('Space');
-  await isInState('running');
-  await page.keyboard.press('Space');
-  await isInState('paused');
-});
-
-test('arrow keys move within a group of choices', async () => {
-  await page.focus('[data-mode=server]');
-  await page.keyboard.press('ArrowRight');
-  assert.equal(await page.evaluate(() => window.tessera.bodies.mode), 'sector');
-  const chosen = () => page.$$eval('#modes [aria-checked=true]', (all) => all.map(({dataset}) => dataset.mode));
-  assert.deepEqual(await chosen(), ['sector']);
-  await page.keyboard.press('ArrowLeft');
-  assert.deepEqual(await chosen(), ['server']);
-});
-
-test('every control has a name, and few numbers come first', async () => {
-  const nameless = await page.evaluate(() => [...document.querySelectorAll('button, input, select, [role]')]
-      .filter((element) => !element.hidden && element.type !== 'file' && element.role !== 'status')
-      .filter((element) => !(element.ariaLabel || element.textContent.trim() || element.closest('label') || element.getAttribute('aria-labelledby')))
-      .map(({outerHTML}) => outerHTML));
-  assert.deepEqual(nameless, []);
-  assert.equal(await page.$$eval('#tiles > div', ({length}) => length), 3);
-  assert.equal(await page.$eval('#counters', ({open}) => open), false);
-  await page.click('#counters summary');
-  assert.match(await page.$eval('#moreTiles', (tiles) => tiles.innerText), /clones/);
-  await page.click('#counters summary');
-});
 
 test('the button runs and pauses the world', async () => {
   const tick = await page.evaluate(() => window.tessera.bodies.tick);
