@@ -358,10 +358,10 @@ TEST(Snapshot, OfAnotherVersionIsRefused) {
   std::vector<v1::SnapshotChunk> chunks = small_snapshot();
   chunks.front().mutable_head()->set_version(kStoredVersion + 1);
   EXPECT_THAT(from_chunks(chunks).status().message(),
-              HasSubstr("its format is 8, and this one reads 4 to 7"));
+              HasSubstr("its format is 9, and this one reads 4 to 8"));
   chunks = small_snapshot();
   chunks.front().mutable_head()->set_layout(1);
-  EXPECT_THAT(from_chunks(chunks).status().message(), HasSubstr("an unfinished 7"));
+  EXPECT_THAT(from_chunks(chunks).status().message(), HasSubstr("an unfinished 8"));
   chunks = small_snapshot();
   chunks.front().mutable_head()->set_arithmetic(1);
   EXPECT_THAT(from_chunks(chunks).status().message(), HasSubstr("other bits"));

@@ -199,7 +199,7 @@ void describe(Archive& archive, T& x) {
 }
 template <typename Archive, Is<CarriedFrame> T>
 void describe(Archive& archive, T& x) {
-  archive(x.frame, x.place, x.acceleration, x.angular_acceleration, x.is_borne, x.ballast.mass,
+  archive(x.frame, x.place, x.acceleration, x.angular_acceleration, x.felt, x.is_borne, x.ballast.mass,
           x.ballast.inertia, x.owed, x.owed_spin);
 }
 template <typename Archive, Is<ExactSum> T>

@@ -57,8 +57,8 @@ class Felt {
   // Whether each body at rest feels what it felt before, to the last bit.
   bool is_as(const Felt& before) const;
 
-  // Whether what rests is to be woken: what is felt has changed by a step of kFeltStep.
-  bool wakes_after(const Felt& before) const { return steps_ != before.steps_; }
+  // What is felt at the origin, in steps of kFeltStep: where it changes, what rests is to be woken.
+  const std::array<std::int64_t, 3>& steps() const { return steps_; }
 
  private:
   void prepare();
@@ -89,7 +89,7 @@ class Felt {
   // What a vector that stays as it is does in the frame in a tick, and twice as far.
   Eigen::Quaterniond turn_ = Eigen::Quaterniond::Identity();
   Eigen::Quaterniond coriolis_turn_ = Eigen::Quaterniond::Identity();
-  std::array<std::int64_t, 3> steps_ = {};  // of what is felt at the origin
+  std::array<std::int64_t, 3> steps_ = {};
 };
 
 // In all frames of a world, by FrameNumber, in a tick (the first is 1): as it begins. `carried`: all that

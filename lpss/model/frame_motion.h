@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <utility>
@@ -65,7 +67,8 @@ struct CarriedFrame {
   FramePlace place;
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();          // m/s^2, of the origin; world axes
   Eigen::Vector3d angular_acceleration = Eigen::Vector3d::Zero();  // rad/s^2; world axes
-  bool is_borne = true;  // the carrier is dynamic, as far as is known
+  std::array<std::int64_t, 3> felt = {};  // in the tick that has ended: Felt::steps()
+  bool is_borne = true;                   // the carrier is dynamic, as far as is known
   Ballast ballast;
   // Momentum that the carrier is still to get of what is aboard, and angular momentum about its centre of
   // mass.

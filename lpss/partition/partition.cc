@@ -45,6 +45,8 @@ Partition::Partition(PartitionOptions options, Engine& engine_of_settings)
       statics(settings.sector_size, options.tiles != nullptr ? *options.tiles : TileStore::of_process()),
       carried(carried_at_start(settings)),
       felt(felt_in_frames(settings, 0, carried)),
-      felt_changes(felt.size(), 1) {}
+      felt_changes(felt.size(), 1) {
+  for (CarriedFrame& frame : carried) frame.felt = felt[frame.frame].steps();
+}
 
 }  // namespace tessera

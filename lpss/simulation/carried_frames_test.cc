@@ -346,6 +346,30 @@ TEST(CarriedFrames, ASnapshotGoesOnWithTheSameBits) {
   }
 }
 
+// Also in the ticks in which it becomes known aboard that the ship is pushed.
+TEST(CarriedFrames, SnapshotsKnowWhatWasFelt) {
+  const auto ship = simulation_of(carried(coast, add_stack));
+  run_for(*ship, 3);
+  ASSERT_EQ(asleep(*ship), 4);
+  ship->step(std::vector<Command>{SetVelocity{kHull, {42, 3, -1}, {}}});
+  std::vector<WorldSnapshot> snapshots;
+  std::vector<WorldHash> hashes;
+  for (int tick = 0; tick < 6; ++tick) {
+    snapshots.push_back(ship->snapshot());
+    ship->step();
+    hashes.push_back(ship->hash());
+  }
+  EXPECT_EQ(asleep(*ship), 0);
+  for (std::size_t first = 0; first < snapshots.size(); ++first) {
+    auto again = Simulation::restore(snapshots[first]);
+    ASSERT_TRUE(again.ok()) << again.status();
+    for (std::size_t tick = first; tick < hashes.size(); ++tick) {
+      (*again)->step();
+      ASSERT_EQ((*again)->hash(), hashes[tick]) << first << " " << tick;
+    }
+  }
+}
+
 // The frame stands still where its carrier was.
 TEST(CarriedFrames, ACarrierMayBeRemoved) {
   const auto ship = simulation_of(carried(coast, add_stack));

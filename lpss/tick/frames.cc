@@ -102,7 +102,11 @@ bool begin_frames(Partition& partition, Tick tick) {
   bool is_changed = false;
   for (FrameNumber frame = kWorldFrame + 1; frame < partition.felt.size(); ++frame) {
     if (!partition.felt[frame].is_as(before[frame])) ++partition.felt_changes[frame];
-    if (!partition.felt[frame].wakes_after(before[frame])) continue;
+    const auto carried = std::ranges::find(partition.carried, frame, &CarriedFrame::frame);
+    const bool is_carried = carried != partition.carried.end();
+    const auto& now = partition.felt[frame].steps();
+    const auto last = is_carried ? std::exchange(carried->felt, now) : before[frame].steps();
+    if (now == last) continue;
     is_changed = true;
     wake_all(partition, frame);
   }
