@@ -1,7 +1,6 @@
 #include "lpss/base/portable_math.h"
 
 #include <gmock/gmock.h>
-#include <quadmath.h>
 
 #include <cmath>
 #include <limits>
@@ -12,11 +11,37 @@
 namespace tessera {
 namespace {
 
+// Functions of 113 bits.
+#if defined(__x86_64__)
+using Quad = __float128;
+extern "C" {  // in libquadmath, whose header only GCC finds
+Quad asinq(Quad x);
+Quad atanq(Quad x);
+Quad atan2q(Quad y, Quad x);
+Quad cosq(Quad x);
+Quad fabsq(Quad x);
+Quad hypotq(Quad x, Quad y);
+Quad powq(Quad base, Quad exponent);
+Quad sinq(Quad x);
+}
+#else
+using Quad = long double;
+static_assert(std::numeric_limits<Quad>::digits == 113);
+Quad asinq(Quad x) { return std::asin(x); }
+Quad atanq(Quad x) { return std::atan(x); }
+Quad atan2q(Quad y, Quad x) { return std::atan2(y, x); }
+Quad cosq(Quad x) { return std::cos(x); }
+Quad fabsq(Quad x) { return std::abs(x); }
+Quad hypotq(Quad x, Quad y) { return std::hypot(x, y); }
+Quad powq(Quad base, Quad exponent) { return std::pow(base, exponent); }
+Quad sinq(Quad x) { return std::sin(x); }
+#endif
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kSamples = 100'000;
 
 // The error of `got` in units of the last place of the exact value, which has 113 bits.
-double ulps(double got, __float128 exact) {
+double ulps(double got, Quad exact) {
   const double rounded = std::abs(static_cast<double>(exact));
   const double ulp = std::nextafter(rounded, kInfinity) - rounded;
   return static_cast<double>(fabsq(got - exact)) / ulp;
@@ -90,7 +115,7 @@ TEST(PortableMath, DegreesOfAnyAngle) {
   Spread angles(-30, 9);
   for (int n = 0; n < kSamples; ++n) {
     const double angle = angles();
-    const __float128 radians = angle * (atanq(1) / 45);
+    const Quad radians = angle * (atanq(1) / 45);
     const portable::SinCos got = portable::sincos_degrees(angle);
     // One rounding more: that of the conversion to rad.
     EXPECT_LT(ulps(got.sin, sinq(radians)), 2.5) << angle;
@@ -132,6 +157,33 @@ TEST(PortableMath, Atan2OfSpecialValues) {
   EXPECT_EQ(portable::atan2(kInfinity, kInfinity), pi / 4);
   EXPECT_EQ(portable::atan2(kInfinity, -kInfinity), 3 * pi / 4);
   EXPECT_TRUE(std::isnan(portable::atan2(std::numeric_limits<double>::quiet_NaN(), 1)));
+}
+
+TEST(PortableMath, Hypot) {
+  for (const double magnitude : {40.0, 1000.0}) {
+    Spread numbers(-magnitude, magnitude);
+    for (int n = 0; n < kSamples; ++n) {
+      const double x = numbers();
+      const double y = n % 2 == 0 ? numbers() : x * std::ldexp(numbers(), -1);
+      if (std::isinf(y)) continue;
+      EXPECT_LT(ulps(portable::hypot(x, y), hypotq(x, y)), 1) << x << ", " << y;
+    }
+  }
+}
+
+TEST(PortableMath, HypotOfSpecialValues) {
+  const double least = std::numeric_limits<double>::denorm_min();
+  const double most = std::numeric_limits<double>::max();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(portable::hypot(3, -4), 5);
+  EXPECT_EQ(portable::hypot(0, 0), 0);
+  EXPECT_FALSE(std::signbit(portable::hypot(-0.0, -0.0)));
+  EXPECT_EQ(portable::hypot(-least, 0), least);
+  EXPECT_EQ(portable::hypot(3 * least, 4 * least), 5 * least);
+  EXPECT_EQ(portable::hypot(most, least), most);
+  EXPECT_EQ(portable::hypot(most, most), kInfinity);
+  EXPECT_EQ(portable::hypot(nan, -kInfinity), kInfinity);
+  EXPECT_TRUE(std::isnan(portable::hypot(nan, 0)));
 }
 
 TEST(PortableMath, PowAsForDamping) {

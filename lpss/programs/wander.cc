@@ -60,7 +60,7 @@ class Wander final : public Program {
     actor.wake_in(every);
     const Eigen::Vector3d way =
         senses.start + Eigen::Vector3d(at(values, Value::kX), at(values, Value::kY), 0) - senses.position();
-    const double distance = std::hypot(way.x(), way.y());
+    const double distance = portable::hypot(way.x(), way.y());
     const auto now = static_cast<double>(senses.tick);
     const bool is_late = now >= at(values, Value::kUntil);
     const bool walks = is_walk(at(values, Value::kGoals));
