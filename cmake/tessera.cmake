@@ -14,8 +14,22 @@ if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
   set(tessera_slowness 5)
 endif()
 
-# The same bits on every machine of one architecture: no contraction to fused multiply-add.
+# The same bits on every machine: no contraction to fused multiply-add.
 add_compile_options(-ffp-contract=off)
+
+set(tessera_is_x86_64 OFF)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
+  set(tessera_is_x86_64 ON)
+else()
+  # A char has a sign, as on x86-64. Notes on the ABI of GCC before 10 say nothing here.
+  add_compile_options(-fsigned-char -Wno-psabi)
+  # Whichever header of Eigen comes first, Core is ours.
+  foreach(header Cholesky Dense Eigen Eigenvalues Geometry Householder Jacobi LU OrderingMethods QR SVD Sparse SparseCore)
+    file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/eigen/Eigen/${header}
+      CONTENT "#pragma once\n#include <Eigen/Core>\n#include_next <Eigen/${header}>\n")
+  endforeach()
+  include_directories(BEFORE ${PROJECT_SOURCE_DIR}/cmake/neon ${CMAKE_BINARY_DIR}/eigen)
+endif()
 
 # The compiler collects its garbage from 1 GiB on, which few files reach, and not again and again from 128 MiB on: a tenth
 # of its time.

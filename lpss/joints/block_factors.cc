@@ -100,8 +100,9 @@ void clear_update(double* update, int below) {
 
 }  // namespace
 
+#if defined(__x86_64__)
 std::span<const BlockKernel* const> block_kernels() {
-  static constexpr std::array kAll = {&kBlockKernelSse2, &kBlockKernelAvx2, &kBlockKernelAvx512};
+  static constexpr std::array kAll = {&kBlockKernelBaseline, &kBlockKernelAvx2, &kBlockKernelAvx512};
   // The first processors with AVX-512 slow their clock for it; those with VBMI2 came later.
   static const std::size_t count = []() -> std::size_t {
     if (!__builtin_cpu_supports("avx2")) return 1;
@@ -109,6 +110,12 @@ std::span<const BlockKernel* const> block_kernels() {
   }();
   return std::span(kAll).first(count);
 }
+#else
+std::span<const BlockKernel* const> block_kernels() {
+  static constexpr std::array kAll = {&kBlockKernelBaseline};
+  return kAll;
+}
+#endif
 
 BlockFactors::BlockFactors(const BlockKernel& kernel) : kernel_(&kernel) {}
 

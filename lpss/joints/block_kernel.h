@@ -64,8 +64,10 @@ struct BlockKernel {
 
 inline constexpr int kTile = 4;  // columns that are eliminated at once
 
-extern const BlockKernel kBlockKernelSse2;
+extern const BlockKernel kBlockKernelBaseline;  // for every processor of the architecture
+#if defined(__x86_64__)
 extern const BlockKernel kBlockKernelAvx2;
 extern const BlockKernel kBlockKernelAvx512;
+#endif
 
 }  // namespace tessera::joints

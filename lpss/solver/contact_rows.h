@@ -146,12 +146,15 @@ struct ContactKernel {
   void (*end)(const ContactRows<Scalar>& rows, std::size_t n, ImpulseLanes<Scalar>& impulses);
 };
 
-// The others need AVX2.
+// For every processor of the architecture, in lanes of 128 bits at most.
 extern const ContactKernel<float> kContactKernelFloat1;
 extern const ContactKernel<float> kContactKernelFloat4;
-extern const ContactKernel<float> kContactKernelFloat8;
 extern const ContactKernel<double> kContactKernelDouble1;
 extern const ContactKernel<double> kContactKernelDouble2;
+#if defined(__x86_64__)
+// For processors with AVX2.
+extern const ContactKernel<float> kContactKernelFloat8;
 extern const ContactKernel<double> kContactKernelDouble4;
+#endif
 
 }  // namespace tessera

@@ -31,6 +31,8 @@ constexpr std::size_t kBodiesAtOnce = 512;
 
 const ParallelFor kOneThread;
 
+// From the fewest lanes to the most.
+#if defined(__x86_64__)
 template <typename Scalar>
 std::span<const ContactKernel<Scalar>* const> kernels() {
   static constexpr auto kAll = [] {
@@ -42,6 +44,18 @@ std::span<const ContactKernel<Scalar>* const> kernels() {
   static const bool has_avx2 = __builtin_cpu_supports("avx2");
   return std::span(kAll).first(has_avx2 ? 3 : 2);
 }
+#else
+template <typename Scalar>
+std::span<const ContactKernel<Scalar>* const> kernels() {
+  static constexpr auto kAll = [] {
+    if constexpr (std::is_same_v<Scalar, float>)
+      return std::array{&kContactKernelFloat1, &kContactKernelFloat4};
+    else
+      return std::array{&kContactKernelDouble1, &kContactKernelDouble2};
+  }();
+  return kAll;
+}
+#endif
 
 template <typename Scalar>
 Scalar inverse_or_zero(Scalar value) {

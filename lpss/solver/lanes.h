@@ -1,9 +1,15 @@
-// Vectors of lanes over GCC's vector extensions; one lane is a plain scalar. Arithmetic, comparison and ?:
-// are the language's own; here is what it does not have. All is local to the file that includes this one:
-// files are compiled for different processors.
+// Vectors of lanes over the vector extensions of GCC and Clang; one lane is a plain scalar. Arithmetic,
+// comparison and ?: are the language's own; here is what it does not have. All is local to the file that
+// includes this one: files are compiled for different processors.
 #pragma once
 
+#if defined(__x86_64__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#else
+#error "lanes are written for x86-64 and arm64"
+#endif
 
 #include <cstdint>
 
@@ -75,16 +81,25 @@ struct Lanes<double, 2> {
   }
 };
 
+// any(): whether a lane is above 0.
+TESSERA_INLINE bool any(float x) { return x > 0; }
+TESSERA_INLINE bool any(double x) { return x > 0; }
+
+#if defined(__x86_64__)
 TESSERA_INLINE float root(float x) { return _mm_cvtss_f32(_mm_sqrt_ss(_mm_set_ss(x))); }
 TESSERA_INLINE double root(double x) { return _mm_cvtsd_f64(_mm_sqrt_sd(_mm_setzero_pd(), _mm_set_sd(x))); }
 TESSERA_INLINE Float4 root(Float4 x) { return _mm_sqrt_ps(x); }
 TESSERA_INLINE Double2 root(Double2 x) { return _mm_sqrt_pd(x); }
-
-// Whether a lane is above 0.
-TESSERA_INLINE bool any(float x) { return x > 0; }
-TESSERA_INLINE bool any(double x) { return x > 0; }
 TESSERA_INLINE bool any(Float4 x) { return _mm_movemask_ps(_mm_cmpgt_ps(x, _mm_setzero_ps())) != 0; }
 TESSERA_INLINE bool any(Double2 x) { return _mm_movemask_pd(_mm_cmpgt_pd(x, _mm_setzero_pd())) != 0; }
+#else
+TESSERA_INLINE float root(float x) { return vget_lane_f32(vsqrt_f32(vdup_n_f32(x)), 0); }
+TESSERA_INLINE double root(double x) { return vget_lane_f64(vsqrt_f64(vdup_n_f64(x)), 0); }
+TESSERA_INLINE Float4 root(Float4 x) { return vsqrtq_f32(x); }
+TESSERA_INLINE Double2 root(Double2 x) { return vsqrtq_f64(x); }
+TESSERA_INLINE bool any(Float4 x) { return vmaxvq_u32(vcgtzq_f32(x)) != 0; }
+TESSERA_INLINE bool any(Double2 x) { return vmaxvq_u32(vreinterpretq_u32_u64(vcgtzq_f64(x))) != 0; }
+#endif
 
 #ifdef __AVX2__
 typedef float Float8 __attribute__((vector_size(32), may_alias));

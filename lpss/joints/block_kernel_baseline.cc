@@ -2,6 +2,6 @@
 
 namespace tessera::joints {
 
-constinit const BlockKernel kBlockKernelSse2 = kLoops;
+constinit const BlockKernel kBlockKernelBaseline = kLoops;
 
 }  // namespace tessera::joints
