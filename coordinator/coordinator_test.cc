@@ -97,6 +97,9 @@ TEST(Membership, RefusesServersThatComputeOtherBits) {
   EXPECT_THAT(refusal, HasSubstr("other bits"));
   EXPECT_THAT(refusal, HasSubstr(absl::StrCat(absl::Hex(hello.arithmetic()))));
   EXPECT_THAT(refusal, HasSubstr(absl::StrCat(absl::Hex(arithmetic_fingerprint()))));
+  hello.mutable_arithmetic_parts()->Add(arithmetic_parts().begin(), arithmetic_parts().end());
+  hello.set_arithmetic_parts(4, 1);
+  EXPECT_THAT(refusal_of(hello), HasSubstr("they differ in SLEEF's functions"));
 }
 
 TEST(Membership, WorldsGetLargerNumbersThanServersHaveHadOfTheirKind) {

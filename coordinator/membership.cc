@@ -29,10 +29,13 @@ absl::Status Membership::admit(NodeId node, const v1::Hello& hello, Nanoseconds 
                      ", the coordinator by ", absl::Hex(wire_layout()), ": both must be of the same build"));
   }
   if (hello.arithmetic() != arithmetic_fingerprint()) {
+    const std::string differing =
+        differing_arithmetic({hello.arithmetic_parts().data(), std::size_t(hello.arithmetic_parts_size())});
     return absl::FailedPreconditionError(absl::StrCat(
         "the server's arithmetic gives other bits (fingerprint ", absl::Hex(hello.arithmetic()),
         ") than the coordinator's (", absl::Hex(arithmetic_fingerprint()),
-        "): both must be built with the same compiler flags and run with the same version of libsleef"));
+        "): both must be built with the same compiler flags and run with the same version of libsleef",
+        differing.empty() ? "" : "; they differ in ", differing));
   }
   const absl::StatusOr<Precision> precision = from_proto(hello.precision());
   if (!precision.ok()) return precision.status();

@@ -209,6 +209,7 @@ class SectorServer::Impl {
     hello.set_stream_address(options_.stream_address);
     hello.set_again(heartbeat_.has_value());
     hello.set_arithmetic(arithmetic_fingerprint());
+    hello.mutable_arithmetic_parts()->Add(arithmetic_parts().begin(), arithmetic_parts().end());
     hello.set_newest_world(newest());
     hello.set_capacity(options_.capacity > 0 ? options_.capacity : options_.threads);
     hello.mutable_labels()->Add(options_.labels.begin(), options_.labels.end());

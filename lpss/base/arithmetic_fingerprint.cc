@@ -1,5 +1,7 @@
 #include "lpss/base/arithmetic_fingerprint.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <bit>
@@ -103,13 +105,21 @@ void add_functions(Hash& hash) {
   }
 }
 
+struct Part {
+  const char* name;
+  void (*add)(Hash& hash);
+};
+constexpr std::array<Part, kArithmeticParts> kParts = {{
+    {"operations in single precision (compiler flags)", add_operations<float>},
+    {"operations in double precision (compiler flags)", add_operations<double>},
+    {"Eigen's products in single precision (compiler flags, the version of Eigen)", add_products<float>},
+    {"Eigen's products in double precision (compiler flags, the version of Eigen)", add_products<double>},
+    {"SLEEF's functions (the version of libsleef)", add_functions},
+}};
+
 std::uint64_t computed() {
   Hash hash;
-  add_operations<float>(hash);
-  add_operations<double>(hash);
-  add_products<float>(hash);
-  add_products<double>(hash);
-  add_functions(hash);
+  for (const Part& part : kParts) part.add(hash);
   return hash.value();
 }
 
@@ -118,6 +128,29 @@ std::uint64_t computed() {
 std::uint64_t arithmetic_fingerprint() {
   static const std::uint64_t fingerprint = computed();
   return fingerprint;
+}
+
+const std::array<std::uint64_t, kArithmeticParts>& arithmetic_parts() {
+  static const std::array<std::uint64_t, kArithmeticParts> parts = [] {
+    std::array<std::uint64_t, kArithmeticParts> hashes{};
+    for (std::size_t n = 0; n < kArithmeticParts; ++n) {
+      Hash hash;
+      kParts[n].add(hash);
+      hashes[n] = hash.value();
+    }
+    return hashes;
+  }();
+  return parts;
+}
+
+std::string differing_arithmetic(std::span<const std::uint64_t> others) {
+  std::string names;
+  if (others.size() != kArithmeticParts) return names;
+  for (std::size_t n = 0; n < kArithmeticParts; ++n) {
+    if (others[n] != arithmetic_parts()[n])
+      absl::StrAppend(&names, names.empty() ? "" : ", ", kParts[n].name);
+  }
+  return names;
 }
 
 }  // namespace tessera

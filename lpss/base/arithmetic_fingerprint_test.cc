@@ -11,5 +11,15 @@ TEST(ArithmeticFingerprint, IsTheSameOnEveryProcessor) {
   EXPECT_EQ(arithmetic_fingerprint(), 0xee811557f84b1490) << std::hex << arithmetic_fingerprint();
 }
 
+TEST(ArithmeticFingerprint, NamesThePartsThatDiffer) {
+  std::array<std::uint64_t, kArithmeticParts> others = arithmetic_parts();
+  EXPECT_EQ(differing_arithmetic(others), "");
+  others[1] ^= 1;
+  others[4] ^= 1;
+  EXPECT_EQ(differing_arithmetic(others),
+            "operations in double precision (compiler flags), SLEEF's functions (the version of libsleef)");
+  EXPECT_EQ(differing_arithmetic(std::span(others).first(1)), "");
+}
+
 }  // namespace
 }  // namespace tessera
