@@ -13,7 +13,7 @@
 namespace tessera {
 namespace {
 
-constexpr long double kReachMax = 0x1p40L;  // m; a long double still resolves 2^-24 m there
+constexpr double kReachMax = 0x1p40;  // m, and sectors
 
 // One axis: the offset in new sectors from the anchor, and what is left over.
 struct Cut {
@@ -21,16 +21,22 @@ struct Cut {
   double local;
 };
 
+// In twice the digits of double precision, so that all that is left over is kept.
 absl::StatusOr<Cut> cut(std::int64_t offset, double local, double old_size, double new_size) {
-  const long double metres = static_cast<long double>(offset) * old_size + local;
+  const auto whole = static_cast<double>(offset);  // exact within reach
+  const double start = whole * old_size;
+  const double metres = start + local;
   if (!(std::abs(metres) <= kReachMax)) {
     return absl::OutOfRangeError(
         "is more than 2^40 m from the anchor, too far to be put into sectors of another size");
   }
-  const long double sectors = std::floor(metres / new_size + 0.5L);
+  const double of_local = metres - start;
+  const double rest =
+      std::fma(whole, old_size, -start) + ((start - (metres - of_local)) + (local - of_local));
+  const double sectors = std::floor(metres / new_size + 0.5);
   if (std::abs(sectors) > kReachMax)
     return absl::OutOfRangeError("is more than 2^40 sectors from the anchor");
-  return Cut{static_cast<std::int64_t>(sectors), static_cast<double>(metres - sectors * new_size)};
+  return Cut{static_cast<std::int64_t>(sectors), std::fma(-sectors, new_size, metres) + rest};
 }
 
 absl::StatusOr<WorldPosition> recut(const WorldPosition& position, const SectorIndex& anchor, double old_size,
