@@ -188,7 +188,13 @@ WorldDescription rough_world() {
   std::mt19937_64 random(5);
   const auto number = [&random] {
     return std::ldexp(static_cast<double>(random() >> 11), -52) - 1;
-  };                                      // -1 to 1
+  };  // -1 to 1
+  // From the last coordinate to the first: the order in which a compiler evaluates arguments is its own.
+  const auto flat = [&number](double z) {
+    const double y = number();
+    const double x = number();
+    return Eigen::Vector3d(x, y, z);
+  };
   constexpr std::uint32_t kCorners = 25;  // a side
   TriangleMesh rocks;
   for (std::uint32_t row = 0; row < kCorners; ++row) {
@@ -203,13 +209,13 @@ WorldDescription rough_world() {
   }
   builder.add("rocks", builder.shape(std::move(rocks)), 1, {0, 0, -1}, Motion::kStatic);
   ConvexHull pebble;
-  for (int n = 0; n < 12; ++n)
-    pebble.points.push_back(0.4 * Eigen::Vector3d(number(), number(), number()).normalized());
+  for (int n = 0; n < 12; ++n) pebble.points.push_back(0.4 * flat(number()).normalized());
   const ShapeId shapes[] = {builder.shape(Box{{0.7, 0.5, 0.4}}), builder.shape(Sphere{0.3}),
                             builder.shape(std::move(pebble)), builder.shape(Capsule{0.2, 0.5}),
                             builder.shape(Cylinder{0.3, 0.5})};
   for (int i = 0; i < 80; ++i) {
-    const Eigen::Vector3d place(6 * number(), 6 * number(), 0.5 + 0.05 * i);
+    Eigen::Vector3d place = 6 * flat(0);
+    place.z() = 0.5 + 0.05 * i;
     BodyDescription& body = builder.add(absl::StrCat("body", i), shapes[i % 5], 1, place);
     body.linear_velocity = {2 * number(), 2 * number(), 0};
     body.angular_velocity = {3 * number(), 3 * number(), 3 * number()};
