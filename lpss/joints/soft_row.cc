@@ -53,7 +53,8 @@ bool soften(const SoftEffort& effort, double dt, JointRow& row) {
 // Takes held rows out one after the other, each of those after it, too (Gram and Schmidt's method in the
 // metric of the inverse masses): what is left of the row is what moves.
 double mobility_of(const JointRow& row, std::span<const JointRow> held, const JointStep& step) {
-  constexpr double kLeft = 1e-12;  // the share of its square that is left of a row which follows from others
+  constexpr double kSquareLeft =
+      1e-12;  // the share of its square that is left of a row which follows from others
   std::array<RowNumbers, kHeldRowsMax> rows;
   std::array<RowNumbers, kHeldRowsMax> responses;
   invariant(held.size() <= kHeldRowsMax, "a joint holds no more than six numbers");
@@ -72,7 +73,7 @@ double mobility_of(const JointRow& row, std::span<const JointRow> held, const Jo
     responses[n] = response_to(rows[n], step);
     const double whole = rows[n].dot(responses[n]);
     const double left = take_out(n, rows[n], responses[n]);
-    const double scale = left > whole * kLeft ? 1 / std::sqrt(left) : 0;
+    const double scale = left > whole * kSquareLeft ? 1 / std::sqrt(left) : 0;
     rows[n] *= scale;
     responses[n] *= scale;
   }

@@ -378,16 +378,15 @@ std::optional<Nearest> over_near_face(const Part& a, const Part& b, const std::o
 
 Manifold<Scalar> collide_round(const Part& a, const Part& b, const Placement<Scalar>& placement,
                                Scalar margin, const Vector& before) {
-  using Kind = Part::Kind;
   std::optional<Nearest> found;
   bool is_apart = false;
-  if (b.kind == Kind::kBox) {
+  if (b.kind == Part::Kind::kBox) {
     found = over_a_face(a, b.cuboid, placement, margin, is_apart);
-  } else if (b.kind == Kind::kPolyhedron) {
+  } else if (b.kind == Part::Kind::kPolyhedron) {
     found = over_a_face(a, *b.polyhedron, placement, margin, is_apart);
-  } else if (a.kind == Kind::kBox || a.kind == Kind::kPolyhedron) {
-    found = a.kind == Kind::kBox ? over_a_face(b, a.cuboid, placement.swapped(), margin, is_apart)
-                                 : over_a_face(b, *a.polyhedron, placement.swapped(), margin, is_apart);
+  } else if (a.kind == Part::Kind::kBox || a.kind == Part::Kind::kPolyhedron) {
+    found = a.kind == Part::Kind::kBox ? over_a_face(b, a.cuboid, placement.swapped(), margin, is_apart)
+                                       : over_a_face(b, *a.polyhedron, placement.swapped(), margin, is_apart);
     if (found) found = swapped(*found, placement.offset);
   }
   if (is_apart) return {};
