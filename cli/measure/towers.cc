@@ -5,7 +5,7 @@
 #include <limits>
 #include <string_view>
 
-#include "lpss/model/gravity.h"
+#include "lpss/model/felt.h"
 
 namespace tessera {
 namespace {
@@ -26,6 +26,14 @@ std::optional<std::string> tower_of(std::string_view name) {
 
 Eigen::Vector3d local(const BodyRecord& record) { return Eigen::Vector3d(record.state.position.data()); }
 
+// m/s^2, along the axes of the frame that the body is in.
+Eigen::Vector3d felt_at_start(const WorldSettings& settings, const BodyRecord& record) {
+  const FrameNumber frame = record.home.frame;
+  const bool is_carried = frame != kWorldFrame && settings.frames[frame - 1].carrier;
+  const Felt felt = is_carried ? Felt(settings, carried_at_start(settings, frame)) : Felt(settings, frame, 0);
+  return felt.at(record.home, local(record), /*has_gravity=*/true);
+}
+
 }  // namespace
 
 Towers::Towers(const WorldDescription& world, const std::vector<BodyRecord>& start)
@@ -39,8 +47,7 @@ Towers::Towers(const WorldDescription& world, const std::vector<BodyRecord>& sta
   for (const auto& [name, records] : found) {
     if (records.size() < 2) continue;
     const BodyRecord& first = *records.front();
-    const Eigen::Vector3d down =
-        acceleration_at(world.settings.gravity, first.home, local(first), sector_size_);
+    const Eigen::Vector3d down = felt_at_start(world.settings, first);
     Tower tower;
     double highest = -std::numeric_limits<double>::infinity();
     for (const BodyRecord* record : records) {

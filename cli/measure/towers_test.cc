@@ -46,5 +46,19 @@ TEST(TowersTest, TopDecidesAndMovesToOtherSectorsCount) {
   EXPECT_EQ(towers.report().displacement_max, world.settings.sector_size);
 }
 
+// Up is where nothing pulls to, as it is felt there: of a planet, which is far from the frame's sectors.
+TEST(TowersTest, MayStandInAFrameThatMoves) {
+  WorldDescription world = tower();
+  CentralGravity planet;
+  planet.centre.local = {0, 0, -planet.radius};
+  world.settings.gravity = planet;
+  world.settings.frames.emplace_back().name = "ship";
+  for (BodyDescription& body : world.bodies) body.pose.position.sector.frame = 1;
+  const std::vector<BodyRecord> start = records_of(world).value();
+  Towers towers(world, start);
+  for (const BodyRecord& record : start) towers.set_end(record);
+  EXPECT_EQ(towers.report().standing, 1u);
+}
+
 }  // namespace
 }  // namespace tessera
