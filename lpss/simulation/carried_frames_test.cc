@@ -346,6 +346,19 @@ TEST(CarriedFrames, ASnapshotGoesOnWithTheSameBits) {
   }
 }
 
+// A push is divided by the mass of carrier and cargo, which changes as cargo comes and goes.
+TEST(CarriedFrames, ASnapshotIsPushedWithItsCargo) {
+  const auto ship = simulation_of(tumbling_ship());
+  const std::vector<Command> push = {ApplyImpulse{kHull, {400, -100, 300}, {0.2, 0, -0.5}}};
+  for (int tick = 0; tick < 60; ++tick) {
+    auto again = Simulation::restore(ship->snapshot());
+    ASSERT_TRUE(again.ok()) << again.status();
+    ship->step(push);
+    (*again)->step(push);
+    ASSERT_EQ(ship->hash(), (*again)->hash()) << tick;
+  }
+}
+
 // Also in the ticks in which it becomes known aboard that the ship is pushed.
 TEST(CarriedFrames, SnapshotsKnowWhatWasFelt) {
   const auto ship = simulation_of(carried(coast, add_stack));

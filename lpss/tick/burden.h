@@ -24,7 +24,8 @@ std::vector<FrameBurden> begin_burdens(const Partition& partition);
 // Likewise, as it ends.
 void end_burdens(const Partition& partition, std::vector<FrameBurden>& burdens);
 
-// Has those that live here be solved with their ballast in the tick that begins.
+// Gives those that live here the ballast of the tick that begins: before its commands push them, as it would
+// be if they had just come from another server.
 void load_carriers(Partition& partition);
 
 // Pushes carriers by what has moved aboard, of which all servers have told; and sets their ballast.

@@ -311,6 +311,7 @@ std::optional<Round> TickMachine::transfer_round(MapChange change) {
 std::optional<Round> TickMachine::exchange_round() {
   std::vector<Exchange> outbox(partition_.map.servers());
   clock_.enter(TickPhase::kSectorization);
+  load_carriers(partition_);
   // Also where all of them are about to leave for others.
   bool has_programs = partition_.programmed_count > 0 || may_cross(partition_) || !partition_.carried.empty();
   std::vector<HomeChange> jumps = apply_commands(partition_, context_.commands, outbox, context_.stopped);
@@ -360,7 +361,6 @@ Round TickMachine::seams_round(std::vector<Exchange> inbox) {
 
   clock_.enter(TickPhase::kDetection);
   context_.burdens = begin_burdens(partition_);
-  load_carriers(partition_);
   context_.stepped = detect(partition_, parallel_);
   context_.trigger_events =
       look_at_triggers(partition_, tick_, context_.vacated, parallel_, context_.changed_triggers);
