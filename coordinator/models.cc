@@ -16,6 +16,13 @@
 namespace tessera {
 namespace {
 
+// Those of the world, for a model: the bodies that carry frames are the world's, and the model has none of
+// them.
+WorldSettings without_carriers(WorldSettings settings) {
+  for (MovingFrame& frame : settings.frames) frame.carrier.reset();
+  return settings;
+}
+
 v1::World world_of(const v1::Model& model, const WorldSettings& settings) {
   v1::World world;
   WorldSettings without_modules = settings;
@@ -99,9 +106,10 @@ absl::StatusOr<WorldDescription> placed_model(const v1::Spawn& spawn, const Worl
   if (spawn.model().bodies().empty()) return refused("model: it must have a body");
   absl::StatusOr<ProgramModules> modules = all_modules(settings.modules, spawn.model());
   if (!modules.ok()) return modules.status();
-  absl::StatusOr<WorldDescription> model = from_proto(world_of(spawn.model(), settings));
+  const WorldSettings outside = without_carriers(settings);
+  absl::StatusOr<WorldDescription> model = from_proto(world_of(spawn.model(), outside));
   if (!model.ok()) return model.status();
-  model->settings = settings;
+  model->settings = outside;
   model->settings.modules = *std::move(modules);
   give_names(*model, spawn.prefix(), names);
   number_assemblies(*model, first_assembly);

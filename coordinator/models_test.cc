@@ -258,6 +258,31 @@ TEST_F(Models, ReachIntoOtherSectors) {
   EXPECT_NEAR(far.state.position[0], 30, 1e-9);
 }
 
+// None of their own bodies carries it.
+TEST(ModelsOfAWorld, WhoseBodyCarriesAFrame) {
+  WorldDescription ferry = small_world();
+  MovingFrame& deck = ferry.settings.frames.emplace_back();
+  deck.name = "deck";
+  deck.region = FrameRegion{.size = {20, 20, 20}};
+  deck.carrier = FrameCarrier{BodyId{3}, {}};
+  WorldRegistry registry = registry_of(ferry);
+
+  WorldDescription ball;
+  ball.shapes = {Shape{{{Sphere{0.5}, {}}}}};
+  ball.bodies.emplace_back().name = "ball";
+  const v1::Command as_it_is = spawn_of(model_of(ball), "a/");
+  v1::Command aboard = spawn_of(model_of(ball), "b/");
+  const WorldPose place{{SectorIndex{1, 0, 0, FrameNumber{1}}, {2, 0, 0}}, Eigen::Quaterniond::Identity()};
+  *aboard.mutable_spawn()->mutable_pose() = to_proto(place);
+  const auto given = tessera::give(request_of({as_it_is, aboard}).commands(), registry, 1);
+  ASSERT_TRUE(given.ok()) << given.status();
+  const auto bodies = all_of_kind<SpawnBody>(given->commands);
+  ASSERT_EQ(bodies.size(), 2u);
+  EXPECT_EQ(bodies[0].record.home, SectorIndex{});
+  EXPECT_EQ(bodies[1].record.home, place.position.sector);
+  EXPECT_TRUE(registry.settings().frames[0].carrier.has_value()) << "the world's own";
+}
+
 TEST_F(Models, MissingNamesAreGenerated) {
   WorldDescription nameless = robot();
   nameless.frames.clear();
