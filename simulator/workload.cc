@@ -189,6 +189,16 @@ WorldPosition Workload::any_place() {
   return place.ok() ? *place : start;  // there is nothing beyond the last sector
 }
 
+// What carries a frame stays in the world frame.
+WorldPosition Workload::any_place_for(std::uint64_t body) {
+  WorldPosition place = any_place();
+  const auto is_on_it = [body](const MovingFrame& frame) {
+    return frame.carrier && frame.carrier->body.value == body;
+  };
+  if (std::ranges::any_of(known_.settings.frames, is_on_it)) place.sector.frame = kWorldFrame;
+  return place;
+}
+
 // Some are equal, and shapes go with the last body that has them.
 v1::Body Workload::any_body(Motion motion, v1::Model& model) {
   WorldBuilder builder(known_.settings);
@@ -257,7 +267,7 @@ void Workload::place_pair(v1::Request& request) {
   v1::SetState& state = *request.add_commands()->mutable_set_state();
   v1::SetState::OfBody& parent = *state.add_bodies();
   *parent.mutable_body() = by_id(joint->parent);
-  *parent.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
+  *parent.mutable_pose() = to_proto(WorldPose{any_place_for(joint->parent), Eigen::Quaterniond::Identity()});
   *parent.mutable_angular_velocity() = any_vector(3);
   state.add_joints()->mutable_joint()->set_id(id);
   state.set_keeps_contacts(dice_.one_in(2));
@@ -329,14 +339,16 @@ void Workload::apply_force(v1::Request& request) {
 void Workload::teleport(v1::Request& request) {
   v1::Teleport& command = *request.add_commands()->mutable_teleport();
   command.set_alone(true);
-  *command.mutable_body() = by_id(any(dynamic()));
-  *command.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
+  const std::uint64_t body = any(dynamic());
+  *command.mutable_body() = by_id(body);
+  *command.mutable_pose() = to_proto(WorldPose{any_place_for(body), Eigen::Quaterniond::Identity()});
 }
 
 void Workload::set_target(v1::Request& request) {
   v1::SetKinematicTarget& command = *request.add_commands()->mutable_set_kinematic_target();
-  *command.mutable_body() = by_id(any(kinematic()));
-  *command.mutable_pose() = to_proto(WorldPose{any_place(), Eigen::Quaterniond::Identity()});
+  const std::uint64_t body = any(kinematic());
+  *command.mutable_body() = by_id(body);
+  *command.mutable_pose() = to_proto(WorldPose{any_place_for(body), Eigen::Quaterniond::Identity()});
 }
 
 absl::Status Workload::take_snapshot(SimulatedCluster& cluster) {

@@ -94,6 +94,7 @@ class Workload {
   bool is_of_torn_joint(const absl::Status& status) const;
   v1::Vector3 any_vector(double longest);
   WorldPosition any_place();
+  WorldPosition any_place_for(std::uint64_t body);
   v1::Body any_body(Motion motion, v1::Model& model);
 
   const std::uint64_t seed_;
