@@ -11,6 +11,7 @@
 
 #include "lpss/base/rotation.h"
 #include "lpss/model/frame_motion.h"
+#include "lpss/simulation/example_programs.h"
 #include "lpss/simulation/frame_scenes.h"
 
 namespace tessera {
@@ -64,6 +65,33 @@ TEST(Crossings, ABallThrownFromATrainFliesOn) {
   }
   EXPECT_FALSE(was_aboard);
   EXPECT_EQ(crossings, 1);
+}
+
+// What a program measures from where it began goes on outside as it was aboard, along other axes.
+TEST(Crossings, WhereAProgramBeganComesAlong) {
+  WorldDescription world = train_and_ball({2, 0, 1}, {1, 4, 3}, /*aboard_train=*/true);
+  MovingFrame& train = world.settings.frames.front();
+  train.start.orientation = rotation_by({0, 0, 2});
+  for (BodyDescription& body : world.bodies) {
+    if (body.name == "ball") body.programs.push_back(example_program("pose"));
+  }
+  const auto simulation = simulation_of(world);
+  Vector3d began = Vector3d::Zero();
+  bool was_aboard = true;
+  for (int tick = 1; tick <= 60; ++tick) {
+    const double time = static_cast<double>(simulation->tick()) * simulation->partition().dt();
+    simulation->step();
+    const BodyRecord ball = ball_of(*simulation);
+    const bool is_aboard = ball.home.frame != kWorldFrame;
+    if (was_aboard && !is_aboard)
+      began = Vector3d(-40, 3, 2) + train.velocity * time + train.start.orientation * Vector3d(2, 0, 1);
+    was_aboard = is_aboard;
+    const Vector3d measured(ball.programs.at(0).values.data());
+    const Vector3d right = is_aboard ? Vector3d(place_of(*simulation, ball) - Vector3d(2, 0, 1))
+                                     : Vector3d(seen_from_outside(*simulation, ball) - began);
+    EXPECT_LT((measured - right).norm(), 1e-4) << tick;
+  }
+  EXPECT_FALSE(was_aboard);
 }
 
 TEST(Crossings, ABallThatFallsIntoATrainRestsInIt) {

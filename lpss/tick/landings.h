@@ -3,6 +3,7 @@
 
 #include <absl/container/btree_map.h>
 
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "lpss/partition/partition.h"
@@ -30,16 +31,22 @@ class Landings {
   // Calls visit(BodyId), in ascending order, for all that jump, wherever they live.
   template <typename Visit>
   void for_each(const Visit& visit) const {
-    for (const auto& [id, jump] : jumps_) visit(id);
+    for (const auto& [id, landing] : jumps_) visit(id);
   }
 
   // Adds to the outbox the contacts of bodies that change frames together.
   std::vector<HomeChange> carry_out_all(Partition& partition, std::vector<Exchange>& outbox) const;
 
  private:
+  struct Landing {
+    Teleport jump;  // the last one of its body
+    // Of the body, by all of its jumps in this tick.
+    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  };
+
   void keep_contacts(Partition& partition, std::vector<Exchange>& outbox) const;
 
-  absl::btree_map<BodyId, Teleport> jumps_;  // the last one of each body
+  absl::btree_map<BodyId, Landing> jumps_;
 };
 
 }  // namespace tessera
