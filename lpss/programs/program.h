@@ -174,7 +174,8 @@ class Program {
   virtual std::span<const NumberSpec> inputs() const = 0;
   virtual std::span<const NumberSpec> values() const = 0;
 
-  // How many of its values an instance with these parameters has: the first ones.
+  // How many of its values an instance with these parameters has: the first ones. Also asked for parameters
+  // that are out of their bounds, and refused afterwards.
   virtual std::size_t value_count(std::span<const double> /*parameters*/) const { return values().size(); }
 
   // How its body must move; nothing: dynamic or kinematic.

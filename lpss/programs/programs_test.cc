@@ -1,7 +1,9 @@
+#include <absl/strings/match.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -85,6 +87,26 @@ TEST(Programs, NumbersOutOfBoundsAreRefused) {
   record.parameters[0] = -1;
   EXPECT_EQ(check_programs(body, {&record, 1}, {}).message(),
             "program character: height = -1 m must be at least 0.01 m");
+}
+
+// Each number of each program, one at a time.
+TEST(Programs, AnyNumberIsTakenOrRefused) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  for (const Program* program : programs()) {
+    for (const auto table : {program->parameters(), program->inputs()}) {
+      for (const NumberSpec& spec : table) {
+        for (const double value : {0.0, 0.5, -1.0, 1e18, -1e300, HUGE_VAL, kNan, spec.least, spec.most}) {
+          ProgramRecord record = *new_program(program->kind());
+          ASSERT_TRUE(set_number(record, spec.name, value).ok());
+          const absl::Status status = check_programs(BodyProperties{}, {&record, 1}, {});
+          const std::string title = std::string(program->kind()) + ": " + std::string(spec.name);
+          EXPECT_EQ(status.ok(), check_number(spec, value).ok()) << title << " = " << value;
+          EXPECT_TRUE(status.ok() || absl::StartsWith(status.message(), "program " + title + " = "))
+              << status;
+        }
+      }
+    }
+  }
 }
 
 TEST(Programs, NewOnesAreForBodiesThatTheyCanWorkOn) {

@@ -152,10 +152,13 @@ class Ranger final : public Program {
   }
 
  private:
+  static std::size_t whole(double number) {
+    return number >= 1 ? static_cast<std::size_t>(std::min(number, static_cast<double>(kRaysMax))) : 1;
+  }
   static RayFan fan_of(std::span<const double> parameters) {
     const auto of = [&](Parameter place) { return parameter(parameters, place); };
-    return {.rays = static_cast<std::size_t>(of(Parameter::kRays)),
-            .rows = static_cast<std::size_t>(of(Parameter::kRows)),
+    return {.rays = whole(of(Parameter::kRays)),
+            .rows = whole(of(Parameter::kRows)),
             .heading = of(Parameter::kHeading),
             .angle = of(Parameter::kAngle),
             .elevation = of(Parameter::kElevation),
