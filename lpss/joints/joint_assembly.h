@@ -83,9 +83,9 @@ class JointAssembly {
   std::size_t touched() const { return touched_.size(); }
 
   // How the velocities of touched bodies answer to wrenches on them, 6 by 6 numbers for each two: linear,
-  // angular. Joints hold meanwhile, as they are at the start of the tick, and so does what drives, limits and
-  // rubs within its bounds. update_response() is false if it is as it was at the last call; to be asked for
-  // after passes.
+  // angular. Meanwhile joints hold as they are at the start of the tick, or as look_ahead() has found that
+  // they will be; and so does what drives, limits and rubs within its bounds. update_response() is false if
+  // it is as it was at the last call; to be asked for after passes.
   bool update_response();
   const Eigen::MatrixXd& response() const { return response_; }
 

@@ -205,6 +205,7 @@ void JointAssembly::look_ahead(Motion& motion) {
   VectorXd& velocities = motion.velocities;
   for (int n = 0; n < kLooksAhead; ++n) {
     make_held_rows_after(velocities);
+    is_response_known_ = false;  // contacts that push as if joints held as before would put energy in
     if (!factorise()) return;
     const VectorXd off = bend_after(velocities);
     held_.rates(velocities, memory_.rates);
