@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <numbers>
 
 #include "experiments/truth/scene_parts.h"
@@ -203,6 +204,67 @@ Scene crew_to_the_bow() {
   return scene;
 }
 
+// --- around a planet, on a circle ---
+
+constexpr double kPlanetRadius = 6.371e6;             // m
+constexpr double kOrbitRadius = kPlanetRadius + 4e5;  // m
+const double kOrbitRate = std::sqrt(kGravity * kPlanetRadius * kPlanetRadius / kOrbitRadius) / kOrbitRadius;
+
+// A hull that does not turn and carries a frame, with what else `fill` adds to the world around it and to the
+// frame, whose origin is the centre of the hull.
+WorldDescription station_in_orbit(
+    const WorldSettings& given, const std::function<void(WorldBuilder& around, WorldBuilder& aboard)>& fill) {
+  WorldSettings settings = given;
+  settings.gravity = CentralGravity{{}, kGravity, kPlanetRadius};
+  settings.sleep_after = 0;
+  MovingFrame frame;
+  frame.name = "station";
+  frame.carrier = FrameCarrier{BodyId{1}, {}};
+  WorldBuilder around(settings);
+  around.world().settings.frames.push_back(frame);
+  add_body(around, "hull", Box{{6, 6, 6}}, 20000, {kOrbitRadius, 0, 0}, 0.5);
+  WorldBuilder aboard(settings);
+  fill(around, aboard);
+  for (BodyDescription& body : around.world().bodies)
+    body.linear_velocity = {0, kOrbitRate * kOrbitRadius, 0};
+  for (BodyDescription body : aboard.world().bodies) {
+    body.properties.shape += static_cast<ShapeId>(around.world().shapes.size());
+    body.pose.position.sector.frame = 1;
+    around.world().bodies.push_back(body);
+  }
+  std::ranges::copy(aboard.world().shapes, std::back_inserter(around.world().shapes));
+  place_carried(around.world());
+  return around.world();
+}
+
+Vector3d on_circle(double time) {
+  const double turn = kOrbitRate * time;
+  return kOrbitRadius * Vector3d(std::cos(turn), std::sin(turn), 0);
+}
+
+// Let go above the centre, cargo drifts by the tide (Clohessy and Wiltshire, Terminal Guidance System for
+// Satellite Rendezvous, 1960); the hull does not feel it.
+Scene floats_in_orbit() {
+  static constexpr double kHigh = 0.5;  // m
+  Scene scene = frame_scene("floats_in_orbit", 600);
+  scene.has_border = false;
+  scene.every = 60;
+  scene.world = [](const WorldSettings& settings) {
+    return station_in_orbit(settings, [](WorldBuilder&, WorldBuilder& aboard) {
+      add_body(aboard, "cargo", Box{{0.4, 0.4, 0.4}}, 5000, {kHigh, 0, 0}, 0.5);
+    });
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double turn = kOrbitRate * course.seconds();
+    const Vector3d along_orbit(kHigh * (2 - std::cos(turn)), kHigh * (2 * std::sin(turn) - 3 * turn), 0);
+    const Vector3d right = rotation_by({0, 0, turn}) * along_orbit;
+    return {{"cargo off its place", "m", 0, (course.last("cargo").place - right).norm(), 1e-4},
+            {"hull off its place", "m", 0, (course.last("hull").place - on_circle(course.seconds())).norm(),
+             0.01}};
+  };
+  return scene;
+}
+
 }  // namespace
 
 std::vector<Scene> frame_scenes() {
@@ -214,7 +276,8 @@ std::vector<Scene> frame_scenes() {
           brakes("brakes_that_slide", 4),
           thrust_with_cargo("thrust_with_cargo", 200),
           thrust_with_cargo("thrust_with_heavy_cargo", 5000),
-          crew_to_the_bow()};
+          crew_to_the_bow(),
+          floats_in_orbit()};
 }
 
 }  // namespace tessera::truth

@@ -80,8 +80,12 @@ Felt::Felt(const WorldSettings& settings, const CarriedFrame& carried)
     spin_growth_ = back * carried.angular_acceleration;
     spin_after_ += spin_growth_ * settings_->time_step;
   }
-  if (const auto* planet = std::get_if<CentralGravity>(&settings_->gravity))
+  // The pull of a planet is that of this tick; what else accelerates the carrier is felt a tick late.
+  if (const auto* planet = std::get_if<CentralGravity>(&settings_->gravity)) {
+    falls_ = true;
     from_centre_ = metres_from(*planet, place.origin, settings_->sector_size);
+    motion_.acceleration -= mean_pull(*planet, from_centre_, place.velocity, settings_->time_step);
+  }
   prepare();
 }
 

@@ -19,7 +19,7 @@ class Felt {
   // `settings` outlives it.
   Felt(const WorldSettings& settings, FrameNumber frame, double time);
   // In a frame with a carrier, which goes on as it has just moved: what it feels of a force comes a tick
-  // late.
+  // late, but for the pull of a planet, around which it falls.
   Felt(const WorldSettings& settings, const CarriedFrame& carried);
 
   // m/s^2, of a body at rest in the frame at `position` (m, relative to the centre of `home`, a sector of the

@@ -9,6 +9,7 @@
 
 #include "lpss/base/portable_math.h"
 #include "lpss/base/rotation.h"
+#include "lpss/model/gravity.h"
 
 namespace tessera {
 namespace {
@@ -167,6 +168,11 @@ CarriedFrame carried_at_start(const WorldSettings& settings, FrameNumber number)
   CarriedFrame start;
   start.frame = number;
   start.place = {frame.start.position, frame.start.orientation, frame.velocity, frame.spin};
+  // Around a planet, it is taken to fall. If it does not, what is aboard floats for one tick.
+  if (const auto* planet = std::get_if<CentralGravity>(&settings.gravity)) {
+    const Vector3d from_centre = metres_from(*planet, frame.start.position, settings.sector_size);
+    start.acceleration = mean_pull(*planet, from_centre, frame.velocity, settings.time_step);
+  }
   return start;
 }
 

@@ -36,6 +36,20 @@ Eigen::Vector3d difference_from(const Gravity& gravity, const Eigen::Vector3d& f
   return -(planet->surface * ratio * ratio / distance) * (beyond + there * factor);
 }
 
+Eigen::Vector3d mean_pull(const CentralGravity& planet, const Eigen::Vector3d& from_centre,
+                          const Eigen::Vector3d& velocity, double dt) {
+  const Eigen::Vector3d now = pull(planet, from_centre);
+  return (pull(planet, from_centre - velocity * dt + now * (dt * dt / 2)) + now) / 2;
+}
+
+Eigen::Matrix3d gradient_at(const CentralGravity& planet, const Eigen::Vector3d& from_centre) {
+  const double distance = from_centre.norm();
+  if (distance < planet.radius) return Eigen::Matrix3d::Identity() * (-planet.surface / planet.radius);
+  const double ratio = planet.radius / distance;
+  const Eigen::Vector3d up = from_centre / distance;
+  return planet.surface * ratio * ratio / distance * (3 * up * up.transpose() - Eigen::Matrix3d::Identity());
+}
+
 Eigen::Vector3d acceleration_at(const Gravity& gravity, const SectorIndex& home,
                                 const Eigen::Vector3d& position, double sector_size) {
   if (const auto* uniform = std::get_if<UniformGravity>(&gravity)) return uniform->acceleration;

@@ -21,4 +21,12 @@ Eigen::Vector3d acceleration_from(const Gravity& gravity, const Eigen::Vector3d&
 Eigen::Vector3d difference_from(const Gravity& gravity, const Eigen::Vector3d& from_centre,
                                 const Eigen::Vector3d& beyond);
 
+// The mean acceleration (m/s^2, world axes) over the last `dt` s of a body in free flight that is now at
+// `from_centre` (m) with `velocity` (m/s): half of it is the pull where it was, and half that where it is.
+Eigen::Vector3d mean_pull(const CentralGravity& planet, const Eigen::Vector3d& from_centre,
+                          const Eigen::Vector3d& velocity, double dt);
+
+// How the acceleration changes with the place (1/s^2, world axes): difference_from() to first order.
+Eigen::Matrix3d gradient_at(const CentralGravity& planet, const Eigen::Vector3d& from_centre);
+
 }  // namespace tessera

@@ -80,5 +80,28 @@ TEST(CentralGravity, ReachesAcrossTheWholeWorld) {
   EXPECT_EQ(pull.y(), 0);
 }
 
+// In leapfrog, whose velocity changes by half of the pull before a tick and half of that after it.
+TEST(CentralGravity, TheMeanPullOfAFlightIsThatOfLeapfrog) {
+  const CentralGravity planet = planet_at({});
+  constexpr double kStep = 0.5;
+  const Eigen::Vector3d before(2000, 300, -100);
+  const Eigen::Vector3d velocity(5, 60, 9);
+  const Eigen::Vector3d pull = acceleration_from(planet, before);
+  const Eigen::Vector3d now = before + velocity * kStep + pull * (kStep * kStep / 2);
+  const Eigen::Vector3d mean = (pull + acceleration_from(planet, now)) / 2;
+  EXPECT_LT((mean_pull(planet, now, velocity + mean * kStep, kStep) - mean).norm(), 1e-15);
+  EXPECT_LT((mean_pull(planet, before, Eigen::Vector3d::Zero(), 0) - pull).norm(), 1e-15) << "at rest";
+}
+
+TEST(CentralGravity, ItsGradientIsTheFirstOrderOfDifferences) {
+  const CentralGravity planet = planet_at({});
+  const Eigen::Vector3d beyond(1e-3, -2e-3, 3e-3);
+  for (const double distance : {300.0, 3000.0}) {
+    const Eigen::Vector3d place = distance * Eigen::Vector3d(2, -1, 2) / 3;
+    const Eigen::Vector3d exact = difference_from(planet, place, beyond);
+    EXPECT_LT((gradient_at(planet, place) * beyond - exact).norm(), 1e-5 * exact.norm()) << distance;
+  }
+}
+
 }  // namespace
 }  // namespace tessera

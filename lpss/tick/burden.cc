@@ -19,6 +19,7 @@ using Eigen::Vector3d;
 struct Burden {
   double mass = 0;                       // kg
   Vector3d first = Vector3d::Zero();     // kg m
+  Matrix3d second = Matrix3d::Zero();    // kg m^2, of places alone
   Matrix3d inertia = Matrix3d::Zero();   // kg m^2, of all as one rigid body
   Vector3d momentum = Vector3d::Zero();  // kg m/s, against the frame
   Vector3d spin = Vector3d::Zero();      // kg m^2/s, likewise
@@ -50,9 +51,9 @@ Burden about(const BurdenSums& sums, const Vector3d& point) {
   burden.mass = sums.mass.value();
   const Vector3d first = vector(sums.first);
   burden.first = first - burden.mass * point;
-  const Matrix3d second = symmetric(sums.second) - first * point.transpose() - point * first.transpose() +
-                          burden.mass * point * point.transpose();
-  burden.inertia = second.trace() * Matrix3d::Identity() - second + symmetric(sums.inertia);
+  burden.second = symmetric(sums.second) - first * point.transpose() - point * first.transpose() +
+                  burden.mass * point * point.transpose();
+  burden.inertia = burden.second.trace() * Matrix3d::Identity() - burden.second + symmetric(sums.inertia);
   burden.momentum = vector(sums.momentum);
   burden.spin = vector(sums.spin) - point.cross(burden.momentum);
   return burden;
@@ -75,6 +76,26 @@ Vector3d velocity_at(const FramePlace& place, const Vector3d& point) {
   return place.velocity + place.spin.cross(place.orientation * point);
 }
 
+// m/s^2, by gravity at a point of the frame.
+Vector3d pull_at(const Partition& partition, const FramePlace& place, const Vector3d& point) {
+  return acceleration_at(partition.settings.gravity, place.origin.sector,
+                         place.origin.local + place.orientation * point, partition.sector_size());
+}
+
+// What the pull of a planet gives in a tick to what is aboard, beyond what it gives at the carrier's centre
+// of mass, `point` of the frame: the tide, to first order.
+Relative tide(const Partition& partition, const CentralGravity& planet, const FramePlace& place,
+              const Vector3d& point, const Burden& burden) {
+  const Matrix3d axes = place.orientation.toRotationMatrix();
+  const WorldPosition centre{place.origin.sector, place.origin.local + axes * point};
+  const Matrix3d gradient = gradient_at(planet, metres_from(planet, centre, partition.sector_size()));
+  // The sum of m d (G d)^T, whose antisymmetric part is that of m d x (G d).
+  const Matrix3d turning = axes * burden.second * axes.transpose() * gradient;
+  const Vector3d torque(turning(1, 2) - turning(2, 1), turning(2, 0) - turning(0, 2),
+                        turning(0, 1) - turning(1, 0));
+  return {gradient * (axes * burden.first) * partition.dt(), torque * partition.dt()};
+}
+
 // Adds what a tick has made of what is aboard; and weighs the ballast of the next one.
 void owe(const Partition& partition, const FramePlace& from, const FrameBurden& all, CarriedFrame& carried) {
   const FramePlace& to = carried.place;
@@ -82,14 +103,20 @@ void owe(const Partition& partition, const FramePlace& from, const FrameBurden& 
   const Burden is = about(all.after, *all.centre);
   const Relative earlier = relative(was, from);
   const Relative later = relative(is, to);
-  const Vector3d local = to.origin.local + to.orientation * *all.centre;
+  // Around a planet, as free flights have it.
   const Vector3d pull =
-      acceleration_at(partition.settings.gravity, to.origin.sector, local, partition.sector_size()) *
-      partition.dt();
+      (pull_at(partition, from, *all.centre) + pull_at(partition, to, *all.centre)) / 2 * partition.dt();
   const Vector3d change = velocity_at(to, *all.centre) - velocity_at(from, *all.centre) - pull;
   carried.owed += earlier.linear - later.linear + (carried.ballast.mass - is.mass) * change;
   carried.owed_spin += earlier.angular - later.angular + carried.ballast.inertia * (to.spin - from.spin) -
                        Vector3d(to.orientation * is.first).cross(change);
+  // What the tide does, the carrier has not done.
+  if (const auto* planet = std::get_if<CentralGravity>(&partition.settings.gravity)) {
+    const Relative before = tide(partition, *planet, from, *all.centre, was);
+    const Relative after = tide(partition, *planet, to, *all.centre, is);
+    carried.owed += (before.linear + after.linear) / 2;
+    carried.owed_spin += (before.angular + after.angular) / 2;
+  }
   carried.ballast = {is.mass, is.inertia.trace() / 2};
 }
 
