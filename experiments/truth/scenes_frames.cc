@@ -265,6 +265,33 @@ Scene floats_in_orbit() {
   return scene;
 }
 
+// Two hulls that a joint holds fall as one body. Beside the plane of the orbit, their centre of mass swings
+// through it. In single precision, speeds are rounded to 0.5 mm/s in each tick.
+Scene docked_in_orbit() {
+  static constexpr double kShip = 10000;  // kg
+  static constexpr double kApart = 9;     // m
+  Scene scene = frame_scene("docked_in_orbit", 600);
+  scene.has_border = false;
+  scene.every = 60;
+  scene.world = [](const WorldSettings& settings) {
+    return station_in_orbit(settings, [](WorldBuilder& around, WorldBuilder&) {
+      add_body(around, "ship", Box{{3, 3, 3}}, kShip, {kOrbitRadius, 0, kApart}, 0.5);
+      around.tie("dock", JointType::kFixed, "hull", "ship", {kOrbitRadius, 0, kApart / 2});
+    });
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double share = kShip / (20000 + kShip);
+    const Vector3d hull = course.last("hull").place;
+    const Vector3d across = course.last("ship").place - hull;
+    const Vector3d beside = share * kApart * std::cos(kOrbitRate * course.seconds()) * Vector3d::UnitZ();
+    const Vector3d off = hull + share * across - on_circle(course.seconds()) - beside;
+    const bool is_fine = course.world().settings.precision == Precision::kFloat64;
+    return {{"off their place", "m", 0, off.norm(), is_fine ? 0.01 : 50},
+            {"distance", "m", kApart, across.norm(), 1e-4}};
+  };
+  return scene;
+}
+
 }  // namespace
 
 std::vector<Scene> frame_scenes() {
@@ -277,7 +304,8 @@ std::vector<Scene> frame_scenes() {
           thrust_with_cargo("thrust_with_cargo", 200),
           thrust_with_cargo("thrust_with_heavy_cargo", 5000),
           crew_to_the_bow(),
-          floats_in_orbit()};
+          floats_in_orbit(),
+          docked_in_orbit()};
 }
 
 }  // namespace tessera::truth

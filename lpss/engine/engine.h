@@ -62,6 +62,8 @@ struct EngineSettings : WorldSettings {
   // baseline of experiments. Clones touch each other and are solved like bodies, as each needs its supports.
   bool plain_bullet = false;
   bool fine_flight = false;  // free flight (fly()) in double precision, whatever the engine computes with
+  // What joints hold together and nothing immovable touches flies, too: it keeps its orbit (end_flight()).
+  bool jointed_flight = false;
 };
 
 // All contact points of one pair of bodies after detection; `a` < `b`.
@@ -288,9 +290,10 @@ class SectorWorld {
   // threads.
   virtual void fly(BodySlot slot, double dt) = 0;
 
-  // Whether the body flew in the last step, all the way. Where gravity differs from place to place, such a
-  // body awaits end_flight(), with the acceleration (m/s^2) where it has come to: its velocity takes half of
-  // the pull from there, and half from where it was (kick, drift, kick).
+  // Whether the body flew in the last step, all the way; see also EngineSettings::jointed_flight. Where
+  // gravity differs from place to place, such a body awaits end_flight(), with the acceleration (m/s^2) where
+  // it has come to: its velocity takes half of the pull from there, and half from where it was (kick, drift,
+  // kick).
   virtual bool flew(BodySlot slot) const = 0;
   virtual void end_flight(BodySlot slot, const Eigen::Vector3d& acceleration, double dt) = 0;
 

@@ -33,6 +33,7 @@ struct Islands {
     Vector position;         // m, from the centre of its sector
     Vector moments;          // kg m^2, principal
     Vector inverse_moments;  // 1/(kg m^2)
+    bool may_fly = false;    // if nothing but joints holds its island
   };
 
   // A pair of bodies, with patches in a row.
@@ -51,6 +52,9 @@ struct Islands {
     bool is_pushed = false;   // by contacts and joints; otherwise it is in free flight
     bool is_buried = false;   // in something
     bool is_carried = false;  // by a surface that moves
+    // s, half a step, if its island flies (Frame::may_fly), else 0. In steps, a body that an acceleration
+    // moves goes too far by that times the tick times this.
+    Scalar overshoot = 0;
 
     // Whether that leads somewhere, and no farther than any body goes in `dt` seconds.
     bool is_within_bounds(double dt) const {

@@ -47,6 +47,7 @@ Body::Body(const BodyRecord& record, Role r, std::shared_ptr<const Solid> s, con
       solid(std::move(s)) {
   const bool is_damped = linear_damping != 1 || angular_damping != 1;
   flies_fine = settings.fine_flight && is_dynamic() && !is_damped;
+  flies_jointed = settings.jointed_flight && is_dynamic() && !is_damped && feels_gravity;
   if (is_dynamic()) {
     set_mass(record.properties.mass, record.properties.inertia);
     // Half the extent of the thinnest part.

@@ -126,6 +126,7 @@ struct Body {
   std::uint64_t assembly;
   bool feels_gravity;
   bool flies_fine;
+  bool flies_jointed;  // EngineSettings::jointed_flight, unless its frame turns
   bool jointed = false;
   bool has_left = false;                    // its enlarged box, in this detection
   Bounds left;                              // the enlarged box before this detection

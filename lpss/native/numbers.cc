@@ -83,7 +83,8 @@ bool are_bounded(const Numbers::Patch& patch) {
 }  // namespace
 
 Numbers::Frame frame_of(const Body& body) {
-  return {body.pose.rotation, body.pose.position, body.moments, body.inverse_moments};
+  return {body.pose.rotation, body.pose.position, body.moments, body.inverse_moments,
+          body.flies_jointed && !body.turning};
 }
 
 void take(const Numbers::Solved& solved, double dt, Body& body) {
@@ -95,9 +96,12 @@ void take(const Numbers::Solved& solved, double dt, Body& body) {
     body.angular = body.linear;
     return;
   }
+  // What flies keeps to the parabola, with joints or without; end_flight() completes its velocity.
+  body.flies = solved.overshoot > 0;
   if (solved.is_pushed) {
     body.linear += solved.linear;
     body.angular += solved.angular;
+    if (body.flies) body.pose.position -= body.gravity * (Scalar(dt) * solved.overshoot);
   } else {
     body.coast(Scalar(dt));
   }
@@ -204,6 +208,7 @@ void visit_body(B& body, F& frame, const Visit& visit) {
   visit(body.inverse_mass);
   visit(body.inverse_inertia);
   visit(frame.rotation);
+  visit(frame.may_fly);
 }
 
 template <typename H, typename Visit>
@@ -243,6 +248,7 @@ template <typename S, typename Visit>
 void visit_solved(S& solved, const Visit& visit) {
   for (auto* v : {&solved.linear, &solved.angular, &solved.way, &solved.turn}) visit(*v);
   for (auto* flag : {&solved.is_pushed, &solved.is_buried, &solved.is_carried}) visit(*flag);
+  visit(solved.overshoot);
 }
 
 template <typename P, typename Visit>

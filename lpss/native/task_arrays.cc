@@ -55,6 +55,7 @@ void TaskArrays::gather(const SolveTask& task, std::span<const std::size_t> isla
   choose(islands);
   gather_bodies(parallel);
   gather_contacts(steps, parallel);
+  find_flying(islands, steps);
 }
 
 void TaskArrays::gather_joints(const SolveTask& task, double dt, const ParallelFor& parallel) {
@@ -205,6 +206,33 @@ void TaskArrays::fill_patches(const Source& source, std::size_t first, Scalar ga
     }
   }
   require_shipped(bytes.empty());
+}
+
+// Islands with joints that touch nothing immovable. They are never divided among solvers: all of each is
+// here.
+void TaskArrays::find_flying(std::span<const std::size_t> islands, int steps) {
+  if (islands_.joints.empty()) return;
+  const auto can_be_pushed = [&](std::size_t place) { return place < islands_.dynamics; };
+  IslandEnd from;
+  for (const std::size_t n : islands) {
+    const IslandEnd begin = n > 0 ? task_->islands[n - 1] : IslandEnd{};
+    const IslandEnd& end = task_->islands[n];
+    const IslandEnd size{end.bodies - begin.bodies, end.contacts - begin.contacts, end.joints - begin.joints};
+    const std::span joints = std::span(islands_.joints).subspan(from.joints, size.joints);
+    const bool flies =
+        !joints.empty() && std::ranges::all_of(joints, &IslandJoint::has_parent) &&
+        std::ranges::all_of(std::span(islands_.frames).subspan(from.bodies, size.bodies),
+                            &Numbers::Frame::may_fly) &&
+        std::ranges::all_of(std::span(sources_).subspan(from.contacts, size.contacts),
+                            [&](const Source& source) {
+                              return can_be_pushed(source.places[0]) && can_be_pushed(source.places[1]);
+                            });
+    for (std::size_t place = from.bodies; flies && place < from.bodies + size.bodies; ++place)
+      islands_.solved[place].overshoot = Scalar(dt_ / steps / 2);
+    from.bodies += size.bodies;
+    from.contacts += size.contacts;
+    from.joints += size.joints;
+  }
 }
 
 void TaskArrays::make_room(const SolveTask& task, SolvedTask& solved) {

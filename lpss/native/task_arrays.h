@@ -65,6 +65,7 @@ class TaskArrays {
   std::size_t place_of(const Source& source, std::size_t side);
   void make_room(Source& source);
   void fill_patches(const Source& source, std::size_t first, Scalar gap_min);
+  void find_flying(std::span<const std::size_t> islands, int steps);
   void put_back_body(std::size_t place, SolvedTask* solved) const;
   void put_back_pair(std::size_t n, SolvedTask* solved) const;
 

@@ -9,12 +9,14 @@ namespace tessera {
 EngineSettings engine_settings(const WorldSettings& settings) {
   EngineSettings result{settings};
   result.plain_bullet = seam_rules(settings.seams).clones_are_solved();
+  const bool has_planet = std::holds_alternative<CentralGravity>(settings.gravity);
   // A pull of 0.006 m/s^2 is less than the last digit of 30 km/s in single precision.
-  const bool varies = std::holds_alternative<CentralGravity>(settings.gravity) ||
-                      std::ranges::any_of(settings.frames, [](const MovingFrame& frame) {
+  const bool varies = has_planet || std::ranges::any_of(settings.frames, [](const MovingFrame& frame) {
                         return frame.carrier || !frame.spin.isZero(0);
                       });
   result.fine_flight = settings.precision == Precision::kFloat32 && varies;
+  // Where ships dock in orbit. In worlds without frames, bits stay what they were.
+  result.jointed_flight = has_planet && !settings.frames.empty();
   return result;
 }
 
