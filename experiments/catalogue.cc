@@ -51,8 +51,9 @@ const std::vector<Experiment>& all_experiments() {
        "World files of other projects: which load, hold together and come to rest; robots on a plane.",
        measure_models, /*has_scenes=*/true, /*has_worlds=*/true},
       {"motion",
-       "Scenes in frames that move, up to 3e7 m/s: bits, times, what sleeps, and a train that brakes.",
-       measure_motion},
+       "Scenes in frames that move, up to 3e7 m/s: bits, times, what sleeps, trains that brake; a day in "
+       "orbit.",
+       measure_motion, /*has_scenes=*/true},
       {"outside", "A crowd that decides as programs, and as the code of a client: ticks, latency, bytes.",
        measure_outside},
       {"overhead", "The time of a tick by phase, for 128 to 32,768 bodies, compared with plain Bullet.",

@@ -11,6 +11,8 @@
 
 #include "cli/measure/stopwatch.h"
 #include "experiments/motion/crossings.h"
+#include "experiments/motion/day.h"
+#include "experiments/scenes.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/partition_cluster.h"
 #include "lpss/simulation/simulation.h"
@@ -241,32 +243,33 @@ absl::StatusOr<Report> brakes(const ExperimentOptions& options, const Braking& b
   return report;
 }
 
+struct MotionPart {
+  std::string group;
+  std::string name;
+  std::function<absl::StatusOr<Report>()> measure;
+};
+
 }  // namespace
 
 absl::StatusOr<Report> measure_motion(const ExperimentOptions& options, const Progress& progress) {
   constexpr Braking kBraking[] = {{2, 0.5}, {4, 0.25}, {6, 0.3}};
-  const std::vector<MotionScene> scenes = motion_scenes(options);
   // The last one turns.
   constexpr std::pair<double, double> kPassing[] = {{0, 0},     {30, 0},  {465, 0},
                                                     {7.8e3, 0}, {3e4, 0}, {30, 0.2}};
-  ProgressCount count(progress, scenes.size() + 1 + std::size(kBraking) + std::size(kPassing));
-  Report report;
-  const auto take = [&](absl::StatusOr<Report> part) {
-    if (!part.ok()) return part.status();
-    report.append(*std::move(part));
-    return count.advance();
-  };
-  for (const MotionScene& scene : scenes) {
-    if (absl::Status status = take(at_all_speeds(options, scene)); !status.ok()) return status;
+  std::vector<MotionPart> parts;
+  for (const MotionScene& scene : motion_scenes(options))
+    parts.push_back({"speeds", scene.name, [&options, scene] { return at_all_speeds(options, scene); }});
+  parts.push_back({"sleep", "crates", [&] { return asleep(options); }});
+  for (const Braking& braking : kBraking)
+    parts.push_back(
+        {"brakes", absl::StrCat(braking.braking, " m/s^2"), [&] { return brakes(options, braking); }});
+  for (const auto& passing : kPassing) {
+    parts.push_back({"crossings", absl::StrCat(passing.first, " m/s"),
+                     [&] { return measure_crossings(options, passing.first, passing.second); }});
   }
-  if (absl::Status status = take(asleep(options)); !status.ok()) return status;
-  for (const Braking& braking : kBraking) {
-    if (absl::Status status = take(brakes(options, braking)); !status.ok()) return status;
-  }
-  for (const auto& [speed, spin] : kPassing) {
-    if (absl::Status status = take(measure_crossings(options, speed, spin)); !status.ok()) return status;
-  }
-  return report;
+  parts.push_back({"orbit", "day", [&] { return measure_day(options); }});
+  if (absl::Status status = choose(options.only, parts); !status.ok()) return status;
+  return measure_each(parts, progress, [](const MotionPart& part) { return part.measure(); });
 }
 
 }  // namespace tessera

@@ -18,7 +18,10 @@ namespace tessera {
 // boxes (quick: 100) that sleep, which brakes for 2 s: how many wake in its first tick, and how far boxes
 // slide (m, mean) beside what friction and braking make of it.
 //
-// Table "crossings": see crossings.h.
+// Table "crossings": see crossings.h. Tables "day", "docking" and "kept": see day.h.
+//
+// Groups and names for ExperimentOptions::only, and the error where it chooses none: `speeds` with the names
+// of scenes, `sleep crates`, `brakes 4 m/s^2`, `crossings 30 m/s`, `orbit day`.
 absl::StatusOr<Report> measure_motion(const ExperimentOptions& options, const Progress& progress);
 
 }  // namespace tessera

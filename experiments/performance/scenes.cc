@@ -118,17 +118,17 @@ void add_bottom(Bottom bottom, WorldBuilder& builder) {
 
 // Four around a square, from so far below zero up.
 void add_walls(double half, double below, WorldBuilder& builder) {
-  constexpr double kThick = 2;    // m
-  constexpr double kHeight = 30;  // m
+  constexpr double kThick = 2;        // m
+  constexpr double kWallHeight = 30;  // m
   for (int wall = 0; wall < 4; ++wall) {
     const bool is_along_x = wall % 2 == 0;
     const double sign = wall < 2 ? 1 : -1;
     const double length = 2 * (half + kThick);
     const ShapeId shape =
-        builder.shape(is_along_x ? Box{{kThick, length, kHeight}} : Box{{length, kThick, kHeight}});
+        builder.shape(is_along_x ? Box{{kThick, length, kWallHeight}} : Box{{length, kThick, kWallHeight}});
     const double at = sign * (half + kThick / 2);
     builder.add(absl::StrCat("wall", wall), shape, 1,
-                {is_along_x ? at : 0, is_along_x ? 0 : at, kHeight / 2 - below}, Motion::kStatic);
+                {is_along_x ? at : 0, is_along_x ? 0 : at, kWallHeight / 2 - below}, Motion::kStatic);
   }
 }
 
