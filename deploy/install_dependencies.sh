@@ -25,7 +25,7 @@ packages=(
   libsdformat-dev libtinyxml2-dev libconsole-bridge-dev libassimp-dev libbullet-extras-dev libpng-dev libtiff-dev
   # general libraries
   libabsl-dev libcli11-dev libcivetweb-dev libeigen3-dev libmetis-dev libsleef-dev libspdlog-dev libssl-dev libtbb-dev libxxhash-dev
-  nlohmann-json3-dev prometheus-cpp-dev
+  libyaml-cpp-dev nlohmann-json3-dev prometheus-cpp-dev
 )
 web_packages=()
 # A Node.js from elsewhere includes npm, and the distribution's npm would not match it.
@@ -38,7 +38,7 @@ package_packages=(dpkg-dev file help2man)
 mjcf_packages=(libmujoco-dev)
 reference_packages=(doxygen)
 test_packages=(
-  ccache clang-format-14 clang-tidy-16 etcd-server file libgeographiclib-dev libgmock-dev libgtest-dev libyaml-cpp-dev valgrind
+  ccache clang-format-14 clang-tidy-16 etcd-server file libgeographiclib-dev libgmock-dev libgtest-dev valgrind
   # what makes and compares programs in WebAssembly
   clang-14 lld-14 wabt
   # the Python package

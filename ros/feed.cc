@@ -47,7 +47,7 @@ Feed::Feed(Client& client, Node& node, Publisher publisher, const FeedOptions& o
       options_(options),
       period_(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / options.rate))),
       catalogue_(client),
-      robots_(node, options.root, [this] { notify(); }),
+      robots_(node, options.robots, [this] { notify(); }),
       monitor_(client, kStatusPeriod,
                [this](std::shared_ptr<const live::ClusterReport> report) {
                  const std::lock_guard lock(mutex_);
@@ -120,7 +120,7 @@ void Feed::enter(const live::ClusterReport& report) {
   ids_.clear();
   filter_ = {.every_ticks = 0};
   frame_.reset();
-  transforms_.emplace(options_.frame, sector_, settings, options_.root);
+  transforms_.emplace(options_.frame, sector_, settings, options_.robots.root);
   robots_.forget();
   measuring_.clear();
   watched_joints_.clear();
@@ -244,6 +244,7 @@ void Feed::publish(Clock::time_point now) {
   // The clock last: once a time is published, its transforms and measurements are available.
   if (!transforms.empty()) warn(publisher_.publish_transforms(transforms));
   robots_.publish(frame_->tick, time_step_);
+  robots_.ask_efforts(client_);
   if (news) robots_.follow(client_, frame_->tick, time_step_);
   warn(publisher_.publish_clock(time_at(frame_->tick, time_step_)));
 }

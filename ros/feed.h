@@ -35,7 +35,7 @@ struct FeedOptions {
   double reach = 100;                 // m; bodies within this distance of the centre along each axis
   std::vector<std::string> bodies;    // if not empty: these instead, wherever they are
   double rate = 60;                   // publications per second of wall time, at most
-  std::string root;                   // a model whose topics and frames are without its name; empty: none
+  RobotOptions robots;
   Told transforms = Told::kBodies;
 };
 

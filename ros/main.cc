@@ -28,6 +28,7 @@ struct Arguments {
   std::string world;
   std::vector<std::string> remaps;
   std::vector<std::string> descriptions;
+  std::string controllers;
 };
 
 void add_options(CLI::App& app, Arguments& arguments) {
@@ -47,7 +48,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--bodies", feed.bodies, "NAME,NAME,...: publish these bodies instead, wherever they are")
       ->delimiter(',')
       ->excludes(reach);
-  app.add_option("--root", feed.root, "MODEL: its topics and frames are without its name: /scan, base_link");
+  app.add_option("--root", feed.robots.root,
+                 "MODEL: its topics and frames are without its name: /scan, base_link");
   app.add_option("--tf", feed.transforms, "What /tf tells: bodies, odom (from odom to the robot) or none")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Told>{
           {"bodies", Told::kBodies}, {"odom", Told::kWays}, {"none", Told::kNothing}}));
@@ -56,6 +58,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option(
          "--description", arguments.descriptions,
          "FILE: a URDF file that is published as robot_description, below the name of its robot; repeatable")
+      ->check(CLI::ExistingFile);
+  app.add_option("--controllers", arguments.controllers,
+                 "FILE: parameters of ros2_control, whose forward command controllers command joints")
       ->check(CLI::ExistingFile);
   app.add_option("--world", arguments.world, "FILE: the world that /reset_simulation loads again")
       ->check(CLI::ExistingFile);
@@ -67,15 +72,21 @@ void add_options(CLI::App& app, Arguments& arguments) {
 absl::Status serve(const Arguments& arguments, Client& client, const std::function<void()>& wait) {
   Remaps remaps;
   for (const std::string& text : arguments.remaps) remaps.insert(parse_remap(text).value());
+  FeedOptions options = arguments.feed;
+  if (!arguments.controllers.empty()) {
+    absl::StatusOr<std::vector<JointGroup>> groups = read_controllers(arguments.controllers);
+    if (!groups.ok()) return groups.status();
+    options.robots.controllers = *std::move(groups);
+  }
   const absl::StatusOr<std::unique_ptr<Node>> node = Node::open(arguments.domain, std::move(remaps));
   if (!node.ok()) return node.status();
   for (const std::string& file : arguments.descriptions) {
-    absl::Status status = publish_description(**node, file, arguments.feed.root);
+    absl::Status status = publish_description(**node, file, arguments.feed.robots.root);
     if (!status.ok()) return status;
   }
   const absl::StatusOr<Publisher> publisher = Publisher::open(**node);
   if (!publisher.ok()) return publisher.status();
-  const Feed feed(client, **node, *publisher, arguments.feed);
+  const Feed feed(client, **node, *publisher, options);
   const auto services =
       Services::open(client, **node, {arguments.feed.frame, arguments.feed.sector, arguments.world});
   if (!services.ok()) return services.status();

@@ -145,10 +145,13 @@ absl::Status write(dds_entity_t writer, const void* message, absl::string_view t
   return rc < 0 ? dds_error(rc, absl::StrCat("cannot publish ", topic)) : absl::OkStatus();
 }
 
-void await_reader(dds_entity_t writer, dds_duration_t most) {
+bool has_reader(dds_entity_t writer) {
   dds_publication_matched_status_t matched{};
-  dds_get_publication_matched_status(writer, &matched);
-  if (matched.current_count > 0) return;
+  return dds_get_publication_matched_status(writer, &matched) == DDS_RETCODE_OK && matched.current_count > 0;
+}
+
+void await_reader(dds_entity_t writer, dds_duration_t most) {
+  if (has_reader(writer)) return;
   dds_set_status_mask(writer, DDS_PUBLICATION_MATCHED_STATUS);
   const dds_entity_t waitset = dds_create_waitset(dds_get_participant(writer));
   dds_waitset_attach(waitset, writer, 0);

@@ -82,6 +82,9 @@ void warn(const absl::Status& status);
 // DEADLINE_EXCEEDED if readers are so far behind that the queue is full.
 absl::Status write(dds_entity_t writer, const void* message, absl::string_view topic);
 
+// Whether somebody reads what a writer writes.
+bool has_reader(dds_entity_t writer);
+
 // Waits for somebody who reads what a writer writes, for so long at most.
 void await_reader(dds_entity_t writer, dds_duration_t most);
 

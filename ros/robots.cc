@@ -1,6 +1,7 @@
 #include "ros/robots.h"
 
 #include <absl/strings/ascii.h>
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -72,8 +73,8 @@ std::string topic_word(absl::string_view name) {
   return word;
 }
 
-Robots::Robots(Node& node, std::string root, std::function<void()> on_command)
-    : node_(node), root_(std::move(root)), on_command_(std::move(on_command)) {}
+Robots::Robots(Node& node, RobotOptions options, std::function<void()> on_command)
+    : node_(node), options_(std::move(options)), on_command_(std::move(on_command)) {}
 
 // Nobody may call it any more.
 Robots::~Robots() {
@@ -87,11 +88,13 @@ void Robots::forget() {
   servants_.clear();
   sensors_.clear();
   models_.clear();
+  groups_.clear();
+  efforts_.forget();
   published_ = 0;
 }
 
 std::string Robots::name_space(const std::string& model) const {
-  return model == root_ ? "/" : absl::StrCat("/", topic_word(model), "/");
+  return model == options_.root ? "/" : absl::StrCat("/", topic_word(model), "/");
 }
 
 absl::StatusOr<dds_entity_t> Robots::writer(const dds_topic_descriptor_t& type, const std::string& topic) {
@@ -141,7 +144,8 @@ absl::Status Robots::learn(Client& client, const std::vector<std::string>& model
     });
     if (same != before.end()) sensor.values = same->values;
   }
-  return add_joints();
+  if (absl::Status status = add_joints(); !status.ok()) return status;
+  return add_groups();
 }
 
 absl::Status Robots::add_sensors(const std::vector<FoundProgram>& programs,
@@ -166,12 +170,13 @@ absl::Status Robots::add_sensors(const std::vector<FoundProgram>& programs,
       topic = absl::StrCat(above, topic_word(rest_of(program.body_name)), "/", word);
     for (int number = 2; !topics.insert(topic).second; ++number)
       topic = absl::StrCat(above, topic_word(rest_of(program.body_name)), "/", word, "_", number);
-    const std::string body_frame = frame_name(program.body_name, root_);
+    const std::string body_frame = frame_name(program.body_name, options_.root);
     const bool is_mounted = frame_in_body(program).has_value();
     const bool is_way = kinds.front().type == &nav_msgs_msg_dds__Odometry__desc;
     const std::string frame = is_mounted ? absl::StrCat(body_frame, "/", word)
-                              : is_way   ? absl::StrCat(model == root_ ? "" : absl::StrCat(model, "/"), word)
-                                         : body_frame;
+                              : is_way
+                                  ? absl::StrCat(model == options_.root ? "" : absl::StrCat(model, "/"), word)
+                                  : body_frame;
     for (const SensorKind& kind : kinds) {
       Sensor sensor{program, &kind, absl::StrCat(topic, kind.part), frame, body_frame};
       if (is_camera(program)) absl::StrAppend(&sensor.frame, "_optical_frame");
@@ -208,6 +213,56 @@ absl::Status Robots::add_joints() {
     }
   }
   return absl::OkStatus();
+}
+
+absl::Status Robots::add_groups() {
+  groups_.clear();
+  if (options_.controllers) {
+    for (const JointGroup& group : *options_.controllers) {
+      std::vector<std::size_t> joints = joints_of(group);
+      if (joints.empty()) continue;
+      if (absl::Status status = add_group(group.topic, group.mode, std::move(joints)); !status.ok())
+        return status;
+    }
+    return absl::OkStatus();
+  }
+  for (const auto& [name, model] : models_) {
+    if (model.joints.empty()) continue;
+    for (const auto& [controller, mode] : {std::pair{"position_controller", DriveMode::kPosition},
+                                           std::pair{"velocity_controller", DriveMode::kVelocity},
+                                           std::pair{"effort_controller", DriveMode::kEffort}}) {
+      const std::string topic = absl::StrCat(name_space(name), controller, "/commands");
+      if (absl::Status status = add_group(topic, mode, model.joints); !status.ok()) return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Robots::add_group(const std::string& topic, DriveMode mode, std::vector<std::size_t> joints) {
+  const auto commands = reader(std_msgs_msg_dds__Float64MultiArray__desc, topic);
+  if (!commands.ok()) return commands.status();
+  groups_.push_back({topic, *commands, mode, std::move(joints)});
+  return absl::OkStatus();
+}
+
+std::vector<std::size_t> Robots::joints_of(const JointGroup& group) const {
+  std::vector<std::size_t> places;
+  for (const auto& [name, model] : models_) {
+    std::vector<std::size_t> found;
+    for (const std::string& joint : group.joints) {
+      if (const std::optional<std::size_t> place = place_of_joint(model, joint)) found.push_back(*place);
+    }
+    if (found.size() != group.joints.size()) continue;
+    // One whose name is the namespace of the controller comes before all others.
+    if (absl::StartsWith(group.topic, absl::StrCat("/", topic_word(name), "/"))) return found;
+    if (!places.empty()) {
+      log_warning(absl::StrCat("several models have the joints of ", group.topic, ": the first one has it"));
+      break;
+    }
+    places = std::move(found);
+  }
+  if (places.empty()) log_warning(absl::StrCat("no model has the joints of ", group.topic));
+  return places;
 }
 
 absl::Status Robots::add_follower(const std::string& model) {
@@ -283,12 +338,14 @@ absl::Status Robots::publish_joints(const std::string& name, const Model& model,
   std::vector<std::string> names;
   std::vector<double> positions;
   std::vector<double> velocities;
+  std::vector<double> efforts;
   for (const std::size_t place : model.joints) {
     const auto state = states_.find(joints_[place].id.value);
     if (state == states_.end()) continue;
     names.push_back(rest_of(joints_[place].joint.name));
     positions.push_back(state->second.position[0]);
     velocities.push_back(state->second.velocity[0]);
+    if (const std::optional<double> effort = efforts_.of(joints_[place].id)) efforts.push_back(*effort);
   }
   if (names.empty()) return absl::OkStatus();
   std::vector<char*> texts;
@@ -300,13 +357,29 @@ absl::Status Robots::publish_joints(const std::string& name, const Model& model,
   message.name = {count, count, texts.data(), /*_release=*/false};
   message.position = {count, count, positions.data(), /*_release=*/false};
   message.velocity = {count, count, velocities.data(), /*_release=*/false};
+  // All or none.
+  if (efforts.size() == names.size()) message.effort = {count, count, efforts.data(), /*_release=*/false};
   return write(model.states, &message, absl::StrCat(name_space(name), "joint_states"));
 }
 
-const FoundJoint* Robots::joint_named(const Model& model, const std::string& name) const {
+void Robots::ask_efforts(Client& client) {
+  std::vector<JointId> joints;
+  for (const auto& [name, model] : models_) {
+    if (model.joints.empty() || !has_reader(model.states)) continue;
+    for (const std::size_t place : model.joints) joints.push_back(joints_[place].id);
+  }
+  efforts_.ask(client, std::move(joints));
+}
+
+std::optional<std::size_t> Robots::place_of_joint(const Model& model, const std::string& name) const {
   const auto place = std::ranges::find_if(
       model.joints, [&](std::size_t joint) { return rest_of(joints_[joint].joint.name) == name; });
-  return place == model.joints.end() ? nullptr : &joints_[*place];
+  return place == model.joints.end() ? std::nullopt : std::optional(*place);
+}
+
+const FoundJoint* Robots::joint_named(const Model& model, const std::string& name) const {
+  const std::optional<std::size_t> place = place_of_joint(model, name);
+  return place ? &joints_[*place] : nullptr;
 }
 
 Follower::Where Robots::places_of(const std::string& model) const {
@@ -350,6 +423,29 @@ void Robots::carry_out(Client& client, Tick tick, double time_step) {
     if (model.velocity > 0) command_drives(model, commands);
     if (model.commands > 0) command_joints(model, commands);
     send(client, std::move(commands));
+  }
+  for (const Group& group : groups_) {
+    CommandList commands;
+    command_group(group, commands);
+    send(client, std::move(commands));
+  }
+}
+
+// The last message counts. A number that is not finite is no command.
+void Robots::command_group(const Group& group, CommandList& commands) const {
+  using Numbers = std_msgs_msg_dds__Float64MultiArray_;
+  std::optional<std::vector<double>> last;
+  take_all<Numbers>(group.commands, [&](const Numbers& message) {
+    last.emplace(message.data._buffer, message.data._buffer + message.data._length);
+  });
+  if (!last) return;
+  if (last->size() != group.joints.size()) {
+    log_warning(absl::StrCat(group.topic, ": ", last->size(), " numbers, but ", group.joints.size(),
+                             " joints: the command is ignored"));
+    return;
+  }
+  for (std::size_t n = 0; n < last->size(); ++n) {
+    if (std::isfinite((*last)[n])) command_joint(joints_[group.joints[n]], group.mode, (*last)[n], commands);
   }
 }
 

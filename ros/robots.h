@@ -11,11 +11,14 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "ros/follower.h"
+#include "ros/joint_efforts.h"
+#include "ros/joint_groups.h"
 #include "ros/node.h"
 #include "ros/sensors.h"
 #include "ros/transforms.h"
@@ -25,11 +28,18 @@
 
 namespace tessera::ros {
 
+struct RobotOptions {
+  std::string root;  // a model whose topics and frames are without its name; empty: none
+  // Controllers of joints. None: each model with joints has one for positions, velocities and efforts each,
+  // of all its joints.
+  std::optional<std::vector<JointGroup>> controllers;
+};
+
 // For one thread, but for `on_command`.
 class Robots {
  public:
   // `on_command` is called, on a thread of DDS, when ROS has commanded something. `node` must live longer.
-  Robots(Node& node, std::string root, std::function<void()> on_command);
+  Robots(Node& node, RobotOptions options, std::function<void()> on_command);
   ~Robots();
   Robots(const Robots&) = delete;
   Robots& operator=(const Robots&) = delete;
@@ -53,6 +63,9 @@ class Robots {
   // All that is measured, with the time of a tick; a sensor with a rate as often as it measures.
   void publish(Tick tick, double time_step);
 
+  // Asks for the efforts of joints whose states somebody reads.
+  void ask_efforts(Client& client);
+
   bool is_commanded() const { return commanded_; }
   // Sends what ROS has commanded; `tick` is the latest that is known.
   void carry_out(Client& client, Tick tick, double time_step);
@@ -67,6 +80,13 @@ class Robots {
     std::vector<std::size_t> joints;
     std::vector<FoundProgram> drives;  // that a velocity commands
   };
+  // A group of joints that is commanded, by their places in joints_.
+  struct Group {
+    const std::string topic;
+    dds_entity_t commands = 0;
+    DriveMode mode = DriveMode::kPosition;
+    std::vector<std::size_t> joints;
+  };
   // By (type, topic), of this node: they are made once.
   using Entities = std::map<std::pair<const dds_topic_descriptor_t*, std::string>, dds_entity_t>;
 
@@ -75,18 +95,24 @@ class Robots {
   absl::StatusOr<dds_entity_t> reader(const dds_topic_descriptor_t& type, const std::string& topic);
   absl::Status add_sensors(const std::vector<FoundProgram>& programs, const std::vector<std::string>& models);
   absl::Status add_joints();
+  absl::Status add_groups();
+  absl::Status add_group(const std::string& topic, DriveMode mode, std::vector<std::size_t> joints);
+  // The places of the joints of a group in the one model that has them all; empty: there is none.
+  std::vector<std::size_t> joints_of(const JointGroup& group) const;
   absl::Status publish_joints(const std::string& name, const Model& model, const Time& stamp) const;
   absl::Status add_follower(const std::string& model);
   static void send(Client& client, CommandList commands);
   static void command_drives(const Model& model, CommandList& commands);
   void command_joints(const Model& model, CommandList& commands) const;
+  void command_group(const Group& group, CommandList& commands) const;
   // Of a model: where its joints are.
   Follower::Where places_of(const std::string& model) const;
+  std::optional<std::size_t> place_of_joint(const Model& model, const std::string& name) const;
   const FoundJoint* joint_named(const Model& model, const std::string& name) const;
   void command_joint(const FoundJoint& joint, DriveMode mode, double target, CommandList& commands) const;
 
   Node& node_;
-  const std::string root_;
+  const RobotOptions options_;
   const std::function<void()> on_command_;
   std::atomic<bool> commanded_ = false;
   Entities writers_;
@@ -96,6 +122,8 @@ class Robots {
   absl::flat_hash_map<std::uint64_t, FoundProgram> servants_;  // programs pid, by the joint that they drive
   std::vector<Sensor> sensors_;
   std::map<std::string, Model> models_;
+  std::vector<Group> groups_;
+  JointEfforts efforts_;
   std::map<std::string, std::unique_ptr<Follower>>
       followers_;       // by model; those that have gone stay, and rest
   Tick published_ = 0;  // the tick of the last publication
