@@ -179,7 +179,7 @@ absl::Status Robots::add_sensors(const std::vector<FoundProgram>& programs,
                                   : body_frame;
     for (const SensorKind& kind : kinds) {
       Sensor sensor{program, &kind, absl::StrCat(topic, kind.part), frame, body_frame};
-      if (is_camera(program)) absl::StrAppend(&sensor.frame, "_optical_frame");
+      if (has_image(program)) absl::StrAppend(&sensor.frame, "_optical_frame");
       const absl::StatusOr<dds_entity_t> made = writer(*kind.type, sensor.topic);
       if (!made.ok()) return made.status();
       sensor.writer = *made;
@@ -325,7 +325,7 @@ void Robots::take(JointFrame frame) {
 void Robots::publish(Tick tick, double time_step) {
   const Time stamp = time_at(tick, time_step);
   for (const Sensor& sensor : sensors_) {
-    if (sensor.values.empty() || !measures_since(sensor, published_, tick, time_step)) continue;
+    if (!has_measured(sensor) || !measures_since(sensor, published_, tick, time_step)) continue;
     warn(sensor.kind->publish(sensor, stamp));
   }
   for (const auto& [name, model] : models_) {

@@ -16,6 +16,8 @@
 namespace tessera::ros {
 namespace {
 
+constexpr double kFlatAngleMax = 3.1;  // rad, that a plane can be seen in
+
 using Header = std_msgs_msg_dds__Header_;
 using Vector3 = geometry_msgs_msg_dds__Vector3_;
 using Quaternion = geometry_msgs_msg_dds__Quaternion_;
@@ -156,28 +158,59 @@ absl::Status publish_depth_image(const Sensor& sensor, const Time& stamp) {
   return write(sensor.writer, &message, sensor.topic);
 }
 
-// Of a camera without distortion.
-absl::Status publish_camera_info(const Sensor& sensor, const Time& stamp) {
-  const RayFan fan = live::fan_of(sensor.program);
+// The intrinsics of a camera, pixels: its focal lengths, and where its line of sight meets the image.
+struct Lens {
+  double across = 1;
+  double down = 1;
+  double centre_x = 0;
+  double centre_y = 0;
+  std::array<double, 5> distortion{};  // "plumb_bob"
+};
+
+absl::Status publish_info(const Sensor& sensor, const Time& stamp, std::uint32_t width, std::uint32_t height,
+                          Lens lens) {
   std::string model = "plumb_bob";
-  std::array<double, 5> distortion{};
   sensor_msgs_msg_dds__CameraInfo_ message{};
   message.header = header_of(sensor, stamp);
-  message.height = rows_of(sensor);
-  message.width = static_cast<std::uint32_t>(fan.rays);
+  message.height = height;
+  message.width = width;
   message.distortion_model = model.data();
-  message.d = {5, 5, distortion.data(), /*_release=*/false};
-  // Pixels, in which the middle of the first one is at (0, 0).
-  const double across = message.width / (2 * fan.half_width());
-  const double down = static_cast<double>(fan.rows) / (2 * fan.half_height());
-  const double middle = (message.width - 1) / 2.0;
-  const double level = message.height - static_cast<double>(fan.rows) / 2 - 0.5;
-  for (const auto& [place, value] : {std::pair{0, across}, {2, middle}, {4, down}, {5, level}, {8, 1.0}})
+  message.d = {5, 5, lens.distortion.data(), /*_release=*/false};
+  const auto& [across, down, x, y, distortion] = lens;
+  for (const auto& [place, value] : {std::pair{0, across}, {2, x}, {4, down}, {5, y}, {8, 1.0}})
     message.k[place] = value;
-  for (const auto& [place, value] : {std::pair{0, across}, {2, middle}, {5, down}, {6, level}, {10, 1.0}})
+  for (const auto& [place, value] : {std::pair{0, across}, {2, x}, {5, down}, {6, y}, {10, 1.0}})
     message.p[place] = value;
   for (const int diagonal : {0, 4, 8}) message.r[diagonal] = 1;
   return write(sensor.writer, &message, sensor.topic);
+}
+
+// For a depth camera, in whose image the middle of the first pixel is at (0, 0).
+absl::Status publish_depth_info(const Sensor& sensor, const Time& stamp) {
+  const RayFan fan = live::fan_of(sensor.program);
+  const std::uint32_t height = rows_of(sensor);
+  const auto width = static_cast<std::uint32_t>(fan.rays);
+  return publish_info(sensor, stamp, width, height,
+                      {.across = width / (2 * fan.half_width()),
+                       .down = static_cast<double>(fan.rows) / (2 * fan.half_height()),
+                       .centre_x = (width - 1) / 2.0,
+                       .centre_y = height - static_cast<double>(fan.rows) / 2 - 0.5});
+}
+
+// For a camera that has no images, as Gazebo tells it: the corner of the first pixel is at (0, 0).
+absl::Status publish_camera_info(const Sensor& sensor, const Time& stamp) {
+  const auto number = [&](absl::string_view name) { return parameter_of(sensor.program, name); };
+  const auto or_else = [](double given, double otherwise) { return given > 0 ? given : otherwise; };
+  const double width = std::floor(number("width"));
+  const double height = std::floor(number("height"));
+  const double focal = width / (2 * std::tan(std::min(number("angle"), kFlatAngleMax) / 2));
+  const double across = or_else(number("focal_x"), focal);
+  return publish_info(sensor, stamp, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
+                      {.across = across,
+                       .down = or_else(number("focal_y"), across),
+                       .centre_x = number("centre_x") < 0 ? width / 2 : number("centre_x"),
+                       .centre_y = number("centre_y") < 0 ? height / 2 : number("centre_y"),
+                       .distortion = {number("k1"), number("k2"), number("p1"), number("p2"), number("k3")}});
 }
 
 absl::Status publish_fix(const Sensor& sensor, const Time& stamp) {
@@ -246,13 +279,15 @@ constexpr std::array kCameraKinds = {
     SensorKind{"ranger", "camera", "/depth/image_raw", &sensor_msgs_msg_dds__Image__desc,
                publish_depth_image},
     SensorKind{"ranger", "camera", "/depth/camera_info", &sensor_msgs_msg_dds__CameraInfo__desc,
-               publish_camera_info},
+               publish_depth_info},
 };
 constexpr std::array kPointsKind = {
     SensorKind{"ranger", "points", "", &sensor_msgs_msg_dds__PointCloud2__desc, publish_points}};
 constexpr std::array kKinds = {
     SensorKind{"ackermann", "odom", "", &nav_msgs_msg_dds__Odometry__desc, publish_wheels},
     SensorKind{"barometer", "pressure", "", &sensor_msgs_msg_dds__FluidPressure__desc, publish_pressure},
+    SensorKind{"camera", "camera", "/camera_info", &sensor_msgs_msg_dds__CameraInfo__desc,
+               publish_camera_info},
     SensorKind{"diff_drive", "odom", "", &nav_msgs_msg_dds__Odometry__desc, publish_wheels},
     SensorKind{"imu", "imu", "", &sensor_msgs_msg_dds__Imu__desc, publish_imu},
     SensorKind{"load", "wrench", "", &geometry_msgs_msg_dds__WrenchStamped__desc, publish_wrench},
@@ -272,6 +307,12 @@ std::span<const SensorKind> sensor_kinds(const FoundProgram& program) {
   return found == kKinds.end() ? std::span<const SensorKind>() : std::span(&*found, 1);
 }
 
+bool has_measured(const Sensor& sensor) {
+  return !sensor.values.empty() || find_program(sensor.program.kind)->values().empty();
+}
+
+bool has_image(const FoundProgram& program) { return is_camera(program) || program.kind == "camera"; }
+
 double value_of(const Sensor& sensor, absl::string_view name) {
   const Program* const program = find_program(sensor.program.kind);
   const auto place = program == nullptr ? std::nullopt : place_of(name, program->values());
@@ -281,7 +322,7 @@ double value_of(const Sensor& sensor, absl::string_view name) {
 std::optional<Pose> frame_in_body(const FoundProgram& program) {
   const std::optional<Pose> mounting = live::mounting_of(program);
   const Pose image{Eigen::Vector3d::Zero(), Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)};
-  return mounting && is_camera(program) ? *mounting * image : mounting;
+  return mounting && has_image(program) ? *mounting * image : mounting;
 }
 
 bool measures_since(const Sensor& sensor, Tick before, Tick tick, double time_step) {

@@ -29,7 +29,7 @@ struct Sensor {
   std::string frame;       // in which it measures; of odometry, that in which the way is
   std::string body_frame;  // of its body
   dds_entity_t writer = 0;
-  std::vector<double> values;  // the latest; empty: none yet
+  std::vector<double> values;  // the latest; empty: none yet, or it has none
 };
 
 // How the programs of a kind are published on a topic.
@@ -43,13 +43,17 @@ struct SensorKind {
 // All topics of a program; none of one that does not measure.
 std::span<const SensorKind> sensor_kinds(const FoundProgram& program);
 
+// Whether there is something to publish. A camera without images has no measurements to wait for.
+bool has_measured(const Sensor& sensor);
+
 // One of the latest values by its name; 0 where the program has none of that name.
 double value_of(const Sensor& sensor, absl::string_view name);
 
 // The frame of a sensor in its body, of which its measurements have the axes; nothing for one that measures
-// in the frame of its body. Of one that measures as a camera does, the axes are those of an image: x to the
-// right, y downwards, z to where it looks.
+// in the frame of its body. Of one that has an image, the axes are those of the image: x to the right, y
+// downwards, z to where it looks.
 std::optional<Pose> frame_in_body(const FoundProgram& program);
+bool has_image(const FoundProgram& program);
 
 // Whether a sensor with a rate measures in one of the ticks after `before`, up to `tick`.
 bool measures_since(const Sensor& sensor, Tick before, Tick tick, double time_step);

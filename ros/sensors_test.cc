@@ -83,6 +83,8 @@ TEST(SensorMessages, AreThoseOfRosToTheByte) {
         {"sensor_msgs/PointCloud2 of a camera", camera("/points")},
         {"sensor_msgs/Image", camera("/depth/image_raw")},
         {"sensor_msgs/CameraInfo", camera("/depth/camera_info")},
+        {"sensor_msgs/CameraInfo without images",
+         sensor_of("camera", {{"width", 640}, {"height", 480}, {"focal_x", 500}, {"k1", 0.25}, {"p1", 0.5}})},
         {"sensor_msgs/NavSatFix", sensor_of("satellite", {{"noise", 0.5}, {"height_noise", 2}})},
         {"sensor_msgs/MagneticField", sensor_of("magnetometer", {{"noise", 0.5}})},
         {"sensor_msgs/FluidPressure", sensor_of("barometer", {{"noise", 0.5}})},

@@ -1,6 +1,7 @@
 #include "client_sdk/live/sensor_programs.h"
 
 #include <algorithm>
+#include <array>
 
 #include "lpss/programs/places.h"
 
@@ -13,8 +14,8 @@ double parameter_of(const FoundProgram& program, absl::string_view name) {
 
 std::optional<Pose> mounting_of(const FoundProgram& program) {
   const auto number = [&](absl::string_view name) { return parameter_of(program, name); };
-  if (program.kind != "imu" && program.kind != "ranger" && program.kind != "magnetometer")
-    return std::nullopt;
+  constexpr std::array<absl::string_view, 4> kMounted = {"camera", "imu", "magnetometer", "ranger"};
+  if (std::ranges::find(kMounted, absl::string_view(program.kind)) == kMounted.end()) return std::nullopt;
   return Pose{{number("x"), number("y"), number("z")},
               turned_by(number("roll"), number("pitch"), number("yaw"))};
 }

@@ -12,6 +12,7 @@ const Program& altimeter_program();
 const Program& barometer_program();
 const Program& belt_program();
 const Program& breaker_program();
+const Program& camera_program();
 const Program& character_program();
 const Program& diff_drive_program();
 const Program& field_program();
@@ -41,39 +42,18 @@ const Program& wind_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 32> builtin_programs() {
-  return {&ackermann_program(),
-          &altimeter_program(),
-          &barometer_program(),
-          &belt_program(),
-          &breaker_program(),
-          &character_program(),
-          &diff_drive_program(),
-          &field_program(),
-          &floater_program(),
-          &hydrodynamics_program(),
-          &imu_program(),
-          &load_program(),
-          &magnetometer_program(),
-          &motorcycle_program(),
-          &mover_program(),
-          &multicopter_program(),
-          &pad_program(),
-          &pid_program(),
-          &portal_program(),
-          &pose_program(),
-          &ranger_program(),
-          &satellite_program(),
-          &thruster_program(),
-          &touch_program(),
-          &tracks_program(),
-          &trajectory_program(),
-          &treads_program(),
-          &vehicle_program(),
-          &velocity_control_program(),
-          &wander_program(),
-          &wind_program(),
-          &wing_program()};
+inline std::array<const Program*, 33> builtin_programs() {
+  return {&ackermann_program(), &altimeter_program(),     &barometer_program(),
+          &belt_program(),      &breaker_program(),       &camera_program(),
+          &character_program(), &diff_drive_program(),    &field_program(),
+          &floater_program(),   &hydrodynamics_program(), &imu_program(),
+          &load_program(),      &magnetometer_program(),  &motorcycle_program(),
+          &mover_program(),     &multicopter_program(),   &pad_program(),
+          &pid_program(),       &portal_program(),        &pose_program(),
+          &ranger_program(),    &satellite_program(),     &thruster_program(),
+          &touch_program(),     &tracks_program(),        &trajectory_program(),
+          &treads_program(),    &vehicle_program(),       &velocity_control_program(),
+          &wander_program(),    &wind_program(),          &wing_program()};
 }
 
 }  // namespace tessera

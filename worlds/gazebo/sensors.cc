@@ -35,6 +35,9 @@ class Reading {
 
   const Element& element() const { return sensor_.element; }
   double number_of(const Element& parent, const char* child) { return numbers_.read(parent, child, 0); }
+  double number_in(const Element* parent, std::initializer_list<const char*> way, double otherwise) {
+    return numbers_.read(find(parent, way), otherwise);
+  }
   double number(std::initializer_list<const char*> way, double otherwise) {
     return numbers_.read(find(&sensor_.element, way), otherwise);
   }
@@ -197,6 +200,30 @@ void write_depth_camera(const Sensor& sensor, Reading& reading, ProgramWriter& p
       .set("rate", reading.number({"update_rate"}, 0));
 }
 
+// Its images are not rendered: only its frame and its camera info are published.
+void write_camera(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
+  const Element* const camera = sensor.element.FirstChildElement("camera");
+  if (camera != nullptr && camera->NextSiblingElement("camera") != nullptr)
+    reading.leave_out("cameras after its first one");
+  reading.leave_out("images");
+  const auto number = [&](std::initializer_list<const char*> way, double otherwise) {
+    return reading.number_in(camera, way, otherwise);
+  };
+  program.set_place(sensor.pose)
+      .set_turn(sensor.pose)
+      .set("width", number({"image", "width"}, 320))
+      .set("height", number({"image", "height"}, 240))
+      .set("angle", number({"horizontal_fov"}, 1.047))
+      .set("rate", reading.number({"update_rate"}, 0));
+  if (const Element* const lens = find(camera, {"lens", "intrinsics"})) {
+    program.set("focal_x", reading.number_in(lens, {"fx"}, 0))
+        .set("focal_y", reading.number_in(lens, {"fy"}, 0))
+        .set("centre_x", reading.number_in(lens, {"cx"}, -1))
+        .set("centre_y", reading.number_in(lens, {"cy"}, -1));
+  }
+  for (const char* part : {"k1", "k2", "p1", "p2", "k3"}) program.set(part, number({"distortion", part}, 0));
+}
+
 void write_contact(const Sensor&, Reading&, ProgramWriter&) {}
 
 void write_altimeter(const Sensor&, Reading& reading, ProgramWriter& program) {
@@ -229,6 +256,9 @@ struct Kind {
 constexpr std::array kKinds = {
     Kind{"air_pressure", "barometer", write_barometer},
     Kind{"altimeter", "altimeter", write_altimeter},
+    Kind{"boundingbox", "camera", write_camera},
+    Kind{"boundingbox_camera", "camera", write_camera},
+    Kind{"camera", "camera", write_camera},
     Kind{"contact", "touch", write_contact},
     Kind{"depth", "ranger", write_depth_camera},
     Kind{"depth_camera", "ranger", write_depth_camera},
@@ -238,11 +268,18 @@ constexpr std::array kKinds = {
     Kind{"imu", "imu", write_imu},
     Kind{"lidar", "ranger", write_lidar},
     Kind{"magnetometer", "magnetometer", write_magnetometer},
+    Kind{"multicamera", "camera", write_camera},
     Kind{"navsat", "satellite", write_satellite},
     Kind{"ray", "ranger", write_lidar},
     Kind{"rgbd", "ranger", write_depth_camera},
     Kind{"rgbd_camera", "ranger", write_depth_camera},
+    Kind{"segmentation", "camera", write_camera},
+    Kind{"segmentation_camera", "camera", write_camera},
     Kind{"sonar", "ranger", write_sonar},
+    Kind{"thermal", "camera", write_camera},
+    Kind{"thermal_camera", "camera", write_camera},
+    Kind{"wide_angle_camera", "camera", write_camera},
+    Kind{"wideanglecamera", "camera", write_camera},
 };
 
 // The pose of a sensor in `link`; nothing where it is relative to something that is not fixed to it.
@@ -257,22 +294,30 @@ std::optional<Pose> pose_of(const Element& sensor, const Element& link, const Mo
   return place->pose * pose->pose;
 }
 
-// The last word of a topic: "/robot/front/scan" is "scan".
-std::string word_of(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
+// The last word of a topic: "/robot/front/scan" is "scan". A topic of images is one of several topics of its
+// camera, whose name is the word before: "/robot/left/image_raw" is "left".
+std::string word_of(const std::string& topic, bool is_of_images) {
+  const std::size_t slash = topic.rfind('/');
+  if (is_of_images && slash != std::string::npos && slash > 0) return word_of(topic.substr(0, slash), false);
+  return topic.substr(slash + 1);
+}
 
 // That of its topic, as the file or a plugin of ROS has it, if no other program of the link has it; or else
 // its own name.
-std::string name_for(const Element& sensor, const Element& link) {
-  std::string word = word_of(xml::child_text(sensor, "topic"));
+std::string name_for(const Element& sensor, const Element& link, bool is_camera = false) {
+  const auto word_in = [&](const std::string& topic) { return word_of(topic, is_camera); };
+  std::string word = word_in(xml::child_text(sensor, "topic"));
   for (const Element* plugin = sensor.FirstChildElement("plugin"); plugin != nullptr && word.empty();
        plugin = plugin->NextSiblingElement("plugin")) {
-    word = word_of(xml::child_text(*plugin, "topicName"));
+    word = is_camera ? text_of_any(*plugin, {"cameraName", "camera_name"})
+                     : xml::child_text(*plugin, "topicName");
+    word = word_in(word);
     const Element* const ros = plugin->FirstChildElement("ros");
     for (const Element* remap = ros == nullptr ? nullptr : ros->FirstChildElement("remapping");
          remap != nullptr && word.empty(); remap = remap->NextSiblingElement("remapping")) {
       const std::string text = xml::text_of(*remap);
       if (const std::size_t sign = text.find(":="); sign != std::string::npos)
-        word = word_of(text.substr(sign + 2));
+        word = word_in(text.substr(sign + 2));
     }
   }
   for (const Element* other = link.FirstChildElement(kSystemProgram); other != nullptr;
@@ -309,7 +354,7 @@ class Taking {
     if (!pose) return leave_out(type, ", whose pose is malformed or not fixed to its link,");
     const Sensor sensor{element, type, *pose};
     Reading reading(sensor, notices_);
-    ProgramWriter program(kind->program, name_for(element, link));
+    ProgramWriter program(kind->program, name_for(element, link, kind->program == "camera"));
     kind->write(sensor, reading, program);
     finish(sensor, reading.status(), program, link);
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "lpss/programs/registry.h"
 #include "worlds/loader/world_text_for_tests.h"
@@ -181,13 +182,49 @@ TEST(SensorsOfFiles, ForceAndTorqueAreMeasuredInTheChild) {
   EXPECT_EQ(number_of(load, "direction"), 1);
 }
 
+TEST(SensorsOfFiles, ACameraHasItsLensAndNoImages) {
+  const LoadedWorld loaded = load_sensor(
+      "<sensor name='eye' type='camera'><topic>/robot/left/image_raw</topic><pose>0.1 0 0.2 0 0.5 0</pose>"
+      "<update_rate>30</update_rate><camera><horizontal_fov>1.2</horizontal_fov><image><width>640</width>"
+      "<height>480</height></image><distortion><k1>-0.25</k1><p2>0.01</p2></distortion><lens><intrinsics>"
+      "<fx>554</fx><fy>555</fy><cx>320.5</cx><cy>240.5</cy></intrinsics></lens></camera></sensor>");
+  const ProgramRecord& camera = loaded.world.bodies.at(0).programs.at(0);
+  EXPECT_EQ(camera.kind, "camera");
+  EXPECT_EQ(camera.name, "left");
+  for (const auto& [name, value] : {std::pair{"x", 0.1},
+                                    {"z", 0.2},
+                                    {"pitch", 0.5},
+                                    {"rate", 30.0},
+                                    {"width", 640.0},
+                                    {"height", 480.0},
+                                    {"angle", 1.2},
+                                    {"focal_y", 555.0},
+                                    {"centre_x", 320.5},
+                                    {"k1", -0.25},
+                                    {"p2", 0.01}})
+    EXPECT_NEAR(number_of(camera, name), value, 1e-15) << name;
+  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> camera is the program camera"));
+  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> camera: images not simulated"));
+}
+
+TEST(SensorsOfFiles, CamerasTakeNoPlaceFromWhatMeasures) {
+  std::string sensors;
+  for (const char* type : {"camera", "camera", "camera", "imu", "imu", "imu", "imu", "imu"})
+    sensors += std::string("<sensor name='s' type='") + type + "'/>";
+  const LoadedWorld loaded = load_sensor(sensors);
+  std::vector<std::string> kinds;
+  for (const ProgramRecord& record : loaded.world.bodies.at(0).programs) kinds.push_back(record.kind);
+  EXPECT_THAT(kinds, ElementsAre("imu", "imu", "imu", "imu", "imu", "camera"));
+  EXPECT_THAT(loaded.notices, Contains("2 x camera of a link that has 6 programs already, left out"));
+}
+
 TEST(SensorsOfFiles, WhatIsNotMeasuredIsNamed) {
   const LoadedWorld loaded = load_sensor(
-      "<sensor name='eye' type='camera'/><sensor name='s' type='altimeter'><altimeter><vertical_position>"
+      "<sensor name='eye' type='rfid'/><sensor name='s' type='altimeter'><altimeter><vertical_position>"
       "<noise "
       "type='gaussian'><stddev>1</stddev><bias_mean>2</bias_mean></noise></vertical_position></altimeter>"
       "</sensor>");
-  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> camera skipped"));
+  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> rfid skipped"));
   EXPECT_THAT(loaded.notices, Contains("1 x <sensor> altimeter is the program altimeter"));
   EXPECT_THAT(loaded.notices, Contains("1 x <sensor> altimeter: <bias_mean> of noise not simulated"));
 }

@@ -35,6 +35,10 @@ constexpr char kModule[] = "module";
 constexpr char kProgramName[] = "name";
 constexpr absl::string_view kOfSystem = "?";  // before the kind
 
+// Cameras do nothing but say where they are: they come last, and leave room for what water and wind add.
+constexpr absl::string_view kCamera = "camera";
+constexpr std::size_t kProgramsBesideCamerasMax = kProgramsPerBodyMax - 2;
+
 // "name=value"
 absl::StatusOr<std::string> kept_number(const xml::Element& element, const Program& program,
                                         const char* name) {
@@ -119,11 +123,14 @@ void take_number(const Program& program, absl::string_view name, const std::stri
 absl::Status keep_programs(xml::Element& link, const std::filesystem::path& directory,
                            ProgramModules& modules, Notices& notices) {
   std::vector<std::string> kept;
+  std::vector<std::string> cameras;
   for (const char* const tag : {kProgram.data(), gazebo::kSystemProgram}) {
     while (xml::Element* const next = link.FirstChildElement(tag)) {
       absl::StatusOr<std::string> program = kept_program(*next, directory, modules);
       if (!program.ok()) return program.status();
-      if (kept.size() < kProgramsPerBodyMax) {
+      if (tag != kProgram && xml::attribute_of(next, kKind) == kCamera) {
+        cameras.push_back(*std::move(program));
+      } else if (kept.size() < kProgramsPerBodyMax) {
         kept.push_back(*std::move(program));
       } else if (tag == kProgram) {
         return xml::invalid(*next, "a link must have at most ", kProgramsPerBodyMax, " programs");
@@ -131,6 +138,14 @@ absl::Status keep_programs(xml::Element& link, const std::filesystem::path& dire
         notices.count(absl::StrCat("program of a link that has ", kProgramsPerBodyMax, " already, left out"));
       }
       link.DeleteChild(next);
+    }
+  }
+  for (std::string& camera : cameras) {
+    if (kept.size() < kProgramsBesideCamerasMax) {
+      kept.push_back(std::move(camera));
+    } else {
+      notices.count(absl::StrCat("camera of a link that has ", kProgramsBesideCamerasMax,
+                                 " programs already, left out"));
     }
   }
   if (kept.empty()) return absl::OkStatus();
