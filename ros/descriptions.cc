@@ -6,7 +6,8 @@
 #include <iterator>
 #include <system_error>
 
-#include "ros/robots.h"
+#include "ros/names.h"
+#include "ros/transforms.h"
 #include "worlds/loader/xml.h"
 
 namespace tessera::ros {

@@ -53,11 +53,11 @@ void reply_to(const ServiceEnds& ends, const Reply& reply, absl::string_view wha
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Follower>> Follower::open(Node& node, const std::string& above,
+                                                         const std::string& topic,
                                                          std::function<void()> on_data) {
-  const std::string controller = absl::StrCat(above, "joint_trajectory_controller/");
-  const std::string action = absl::StrCat(controller, "follow_joint_trajectory/_action/");
-  const auto topic = node.reader(trajectory_msgs_msg_dds__JointTrajectory__desc,
-                                 absl::StrCat(controller, "joint_trajectory"), on_data);
+  const std::string action =
+      absl::StrCat(above, "joint_trajectory_controller/follow_joint_trajectory/_action/");
+  const auto trajectories = node.reader(trajectory_msgs_msg_dds__JointTrajectory__desc, topic, on_data);
   const auto status = node.writer(action_msgs_msg_dds__GoalStatusArray__desc, absl::StrCat(action, "status"),
                                   {.depth = 1, .is_kept = true});
   const auto feedback = node.writer(control_msgs_action_dds__FollowJointTrajectory_FeedbackMessage__desc,
@@ -71,12 +71,13 @@ absl::StatusOr<std::unique_ptr<Follower>> Follower::open(Node& node, const std::
   const auto result = node.service(control_msgs_action_dds__FollowJointTrajectory_GetResult_Request__desc,
                                    control_msgs_action_dds__FollowJointTrajectory_GetResult_Response__desc,
                                    absl::StrCat(action, "get_result"), std::move(on_data));
-  absl::Status opened = topic.status();
+  absl::Status opened = trajectories.status();
   for (const absl::Status& other :
        {status.status(), feedback.status(), send.status(), cancel.status(), result.status()})
     opened.Update(other);
   if (!opened.ok()) return opened;
-  return std::unique_ptr<Follower>(new Follower({*topic, *status, *feedback, *send, *cancel, *result}));
+  return std::unique_ptr<Follower>(
+      new Follower({*trajectories, *status, *feedback, *send, *cancel, *result}));
 }
 
 Follower::~Follower() {

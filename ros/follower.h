@@ -28,9 +28,10 @@ class Follower {
   // Where a joint is, rad or m; nothing for one that the model does not have.
   using Where = std::function<std::optional<double>(const std::string& joint)>;
 
-  // `above`: of the model's topics, "/robot/". `on_data` is called, on a thread of DDS, when something has
-  // come. `node` must live longer.
+  // `above`: of the model's topics, "/robot/". `topic` is that of trajectories. `on_data` is called, on a
+  // thread of DDS, when something has come. `node` must live longer.
   static absl::StatusOr<std::unique_ptr<Follower>> open(Node& node, const std::string& above,
+                                                        const std::string& topic,
                                                         std::function<void()> on_data);
   ~Follower();
   Follower(const Follower&) = delete;

@@ -1,8 +1,11 @@
 // tessera-ros: a client of a cluster that publishes its time and its bodies for ROS 2.
+#include <absl/strings/str_cat.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +14,7 @@
 #include "client_sdk/arguments/parsed_option.h"
 #include "client_sdk/live/client_program.h"
 #include "daemon/parse_command_line.h"
+#include "ros/bridge.h"
 #include "ros/descriptions.h"
 #include "ros/feed.h"
 #include "ros/publisher.h"
@@ -29,6 +33,7 @@ struct Arguments {
   std::vector<std::string> remaps;
   std::vector<std::string> descriptions;
   std::string controllers;
+  std::string bridge;
 };
 
 void add_options(CLI::App& app, Arguments& arguments) {
@@ -62,6 +67,10 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--controllers", arguments.controllers,
                  "FILE: parameters of ros2_control, whose forward command controllers command joints")
       ->check(CLI::ExistingFile);
+  app.add_option(
+         "--bridge", arguments.bridge,
+         "FILE: a bridge of ros_gz_bridge: only its topics are there, under the names that it gives them")
+      ->check(CLI::ExistingFile);
   app.add_option("--world", arguments.world, "FILE: the world that /reset_simulation loads again")
       ->check(CLI::ExistingFile);
   app.add_option("--rate", feed.rate, "Maximum number of publications per second of wall time")
@@ -78,19 +87,28 @@ absl::Status serve(const Arguments& arguments, Client& client, const std::functi
     if (!groups.ok()) return groups.status();
     options.robots.controllers = *std::move(groups);
   }
+  std::optional<Bridge> bridge;
+  if (!arguments.bridge.empty()) {
+    absl::StatusOr<std::vector<BridgeEntry>> entries = read_bridge(arguments.bridge);
+    if (!entries.ok()) return entries.status();
+    bridge.emplace(*std::move(entries));
+    options.robots.bridge = &*bridge;
+  }
   const absl::StatusOr<std::unique_ptr<Node>> node = Node::open(arguments.domain, std::move(remaps));
   if (!node.ok()) return node.status();
   for (const std::string& file : arguments.descriptions) {
     absl::Status status = publish_description(**node, file, arguments.feed.robots.root);
     if (!status.ok()) return status;
   }
-  const absl::StatusOr<Publisher> publisher = Publisher::open(**node);
+  const absl::StatusOr<Publisher> publisher = Publisher::open(**node, options.robots.bridge);
   if (!publisher.ok()) return publisher.status();
   const Feed feed(client, **node, *publisher, options);
   const auto services =
       Services::open(client, **node, {arguments.feed.frame, arguments.feed.sector, arguments.world});
   if (!services.ok()) return services.status();
-  std::printf("publishing /clock, /tf, /tf_static, sensors and joints in ROS domain %u\n", arguments.domain);
+  const std::string what = bridge ? absl::StrCat("the topics of ", arguments.bridge)
+                                  : "/clock, /tf, /tf_static, sensors and joints";
+  std::printf("publishing %s in ROS domain %u\n", what.c_str(), arguments.domain);
   std::fflush(stdout);
   wait();
   return absl::OkStatus();

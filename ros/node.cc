@@ -112,8 +112,8 @@ absl::StatusOr<dds_entity_t> Node::writer(const dds_topic_descriptor_t& type, co
 }
 
 absl::StatusOr<dds_entity_t> Node::reader(const dds_topic_descriptor_t& type, const std::string& topic,
-                                          std::function<void()> on_data) {
-  const Qos qos = qos_of({}, user_data_of(type));
+                                          std::function<void()> on_data, const Profile& profile) {
+  const Qos qos = qos_of(profile, user_data_of(type));
   return read_from(type, dds_name("rt", topic), qos.get(), std::move(on_data));
 }
 

@@ -49,7 +49,7 @@ class Node {
                                       const Profile& profile = {});
   // `on_data` is called, on a thread of DDS, when there is something to take.
   absl::StatusOr<dds_entity_t> reader(const dds_topic_descriptor_t& type, const std::string& topic,
-                                      std::function<void()> on_data);
+                                      std::function<void()> on_data, const Profile& profile = {});
   // A service as rmw_cyclonedds has it, named as in ROS: "/spawn_entity". Both types begin with the client
   // and the number of the request.
   absl::StatusOr<ServiceEnds> service(const dds_topic_descriptor_t& request,

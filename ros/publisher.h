@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "ros/bridge.h"
 #include "ros/node.h"
 #include "ros/transforms.h"
 
@@ -15,8 +16,9 @@ namespace tessera::ros {
 // is full.
 class Publisher {
  public:
-  // `node` must live longer.
-  static absl::StatusOr<Publisher> open(Node& node);
+  // `node` must live longer. `bridge`: which of the topics there are, and under which names; null: all, under
+  // their own. What is published on others is lost. With /tf comes /tf_static.
+  static absl::StatusOr<Publisher> open(Node& node, Bridge* bridge = nullptr);
 
   absl::Status publish_clock(const Time& time);
   absl::Status publish_transforms(const std::vector<TransformStamped>& transforms);
@@ -26,6 +28,7 @@ class Publisher {
  private:
   Publisher() = default;
 
+  // 0: it is not there.
   dds_entity_t clock_ = 0;
   dds_entity_t transforms_ = 0;
   dds_entity_t static_transforms_ = 0;

@@ -1,6 +1,5 @@
 #include "ros/robots.h"
 
-#include <absl/strings/ascii.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
@@ -10,6 +9,7 @@
 #include <set>
 
 #include "daemon/log.h"
+#include "ros/names.h"
 #include "worlds/loader/model_file.h"
 
 namespace tessera::ros {
@@ -61,18 +61,6 @@ std::vector<NamedNumber> inputs_for(const FoundProgram& program, const TwistMess
 
 }  // namespace
 
-std::string rest_of(const std::string& name) {
-  const std::size_t colons = name.find("::");
-  return colons == std::string::npos ? name : frame_name(name.substr(colons + 2));
-}
-
-std::string topic_word(absl::string_view name) {
-  const bool begins = !name.empty() && !absl::ascii_isdigit(static_cast<unsigned char>(name.front()));
-  std::string word = begins ? "" : "_";
-  for (const char c : name) word += absl::ascii_isalnum(static_cast<unsigned char>(c)) ? c : '_';
-  return word;
-}
-
 Robots::Robots(Node& node, RobotOptions options, std::function<void()> on_command)
     : node_(node), options_(std::move(options)), on_command_(std::move(on_command)) {}
 
@@ -97,10 +85,23 @@ std::string Robots::name_space(const std::string& model) const {
   return model == options_.root ? "/" : absl::StrCat("/", topic_word(model), "/");
 }
 
-absl::StatusOr<dds_entity_t> Robots::writer(const dds_topic_descriptor_t& type, const std::string& topic) {
-  const auto [entry, is_new] = writers_.try_emplace({&type, topic});
+std::optional<Robots::Bridged> Robots::bridged(const dds_topic_descriptor_t& type, OwnTopic topic,
+                                               Flow flow) {
+  if (options_.bridge == nullptr) return Bridged{topic.topic, Profile{}};
+  topic.type = ros_type(type.m_typename);
+  topic.flow = flow;
+  const BridgeEntry* const entry = options_.bridge->find(topic, model_names_);
+  if (entry == nullptr) return std::nullopt;
+  return Bridged{entry->ros_topic,
+                 {.depth = flow == Flow::kToRos ? entry->publisher_queue : entry->subscriber_queue}};
+}
+
+absl::StatusOr<dds_entity_t> Robots::writer(const dds_topic_descriptor_t& type, OwnTopic topic) {
+  const std::optional<Bridged> bridge = bridged(type, std::move(topic), Flow::kToRos);
+  if (!bridge) return 0;
+  const auto [entry, is_new] = writers_.try_emplace({&type, bridge->topic});
   if (!is_new) return entry->second;
-  absl::StatusOr<dds_entity_t> made = node_.writer(type, topic);
+  absl::StatusOr<dds_entity_t> made = node_.writer(type, bridge->topic, bridge->profile);
   if (!made.ok()) {
     writers_.erase(entry);
     return made;
@@ -108,13 +109,19 @@ absl::StatusOr<dds_entity_t> Robots::writer(const dds_topic_descriptor_t& type, 
   return entry->second = *made;
 }
 
-absl::StatusOr<dds_entity_t> Robots::reader(const dds_topic_descriptor_t& type, const std::string& topic) {
-  const auto [entry, is_new] = readers_.try_emplace({&type, topic});
+absl::StatusOr<dds_entity_t> Robots::reader(const dds_topic_descriptor_t& type, OwnTopic topic) {
+  const std::optional<Bridged> bridge = bridged(type, std::move(topic), Flow::kFromRos);
+  return bridge ? open_reader(type, *bridge) : absl::StatusOr<dds_entity_t>(0);
+}
+
+absl::StatusOr<dds_entity_t> Robots::open_reader(const dds_topic_descriptor_t& type, const Bridged& bridge) {
+  const auto [entry, is_new] = readers_.try_emplace({&type, bridge.topic});
   if (!is_new) return entry->second;
-  absl::StatusOr<dds_entity_t> made = node_.reader(type, topic, [this] {
+  const auto on_data = [this] {
     commanded_ = true;
     on_command_();
-  });
+  };
+  absl::StatusOr<dds_entity_t> made = node_.reader(type, bridge.topic, on_data, bridge.profile);
   if (!made.ok()) {
     readers_.erase(entry);
     return made;
@@ -133,9 +140,12 @@ absl::Status Robots::learn(Client& client, const std::vector<std::string>& model
   sensors_.clear();
   models_.clear();
   servants_.clear();
+  model_names_.clear();
   joints_ = (*answers)[joints].joints;
   std::erase_if(joints_,
                 [&](const FoundJoint& joint) { return !is_one_of(model_of(joint.joint.name), models); });
+  for (const FoundProgram& program : found.programs) model_names_.insert(model_of(program.body_name));
+  for (const FoundJoint& joint : joints_) model_names_.insert(model_of(joint.joint.name));
   if (absl::Status status = add_sensors(found.programs, models); !status.ok()) return status;
   // What they have measured counts until they measure again.
   for (Sensor& sensor : sensors_) {
@@ -145,7 +155,11 @@ absl::Status Robots::learn(Client& client, const std::vector<std::string>& model
     if (same != before.end()) sensor.values = same->values;
   }
   if (absl::Status status = add_joints(); !status.ok()) return status;
-  return add_groups();
+  if (absl::Status status = add_groups(); !status.ok()) return status;
+  if (options_.bridge != nullptr) {
+    for (const std::string& unused : options_.bridge->take_unused()) log_warning(unused);
+  }
+  return absl::OkStatus();
 }
 
 absl::Status Robots::add_sensors(const std::vector<FoundProgram>& programs,
@@ -180,8 +194,11 @@ absl::Status Robots::add_sensors(const std::vector<FoundProgram>& programs,
     for (const SensorKind& kind : kinds) {
       Sensor sensor{program, &kind, absl::StrCat(topic, kind.part), frame, body_frame};
       if (has_image(program)) absl::StrAppend(&sensor.frame, "_optical_frame");
-      const absl::StatusOr<dds_entity_t> made = writer(*kind.type, sensor.topic);
+      const absl::StatusOr<dds_entity_t> made = writer(
+          *kind.type,
+          {.topic = sensor.topic, .model = model, .sensor = word, .names = names_in_gazebo(kind, word)});
       if (!made.ok()) return made.status();
+      if (*made == 0 && !has_wheels(program)) continue;
       sensor.writer = *made;
       sensors_.push_back(std::move(sensor));
     }
@@ -197,9 +214,13 @@ absl::Status Robots::add_joints() {
   for (auto& [name, model] : models_) {
     const std::string above = name_space(name);
     if (!model.joints.empty()) {
-      const auto states = writer(sensor_msgs_msg_dds__JointState__desc, absl::StrCat(above, "joint_states"));
-      const auto commands =
-          reader(sensor_msgs_msg_dds__JointState__desc, absl::StrCat(above, "joint_command"));
+      const auto states =
+          writer(sensor_msgs_msg_dds__JointState__desc, {.topic = absl::StrCat(above, "joint_states"),
+                                                         .model = name,
+                                                         .names = {"joint_state", "joint_states"},
+                                                         .is_only_one = true});
+      const auto commands = reader(sensor_msgs_msg_dds__JointState__desc,
+                                   {.topic = absl::StrCat(above, "joint_command"), .model = name});
       if (!states.ok()) return states.status();
       if (!commands.ok()) return commands.status();
       model.states = *states;
@@ -207,7 +228,11 @@ absl::Status Robots::add_joints() {
       if (absl::Status status = add_follower(name); !status.ok()) return status;
     }
     if (!model.drives.empty()) {
-      const auto velocity = reader(geometry_msgs_msg_dds__Twist__desc, absl::StrCat(above, "cmd_vel"));
+      const auto velocity =
+          reader(geometry_msgs_msg_dds__Twist__desc, {.topic = absl::StrCat(above, "cmd_vel"),
+                                                      .model = name,
+                                                      .names = {"cmd_vel"},
+                                                      .is_only_one = true});
       if (!velocity.ok()) return velocity.status();
       model.velocity = *velocity;
     }
@@ -226,6 +251,7 @@ absl::Status Robots::add_groups() {
     }
     return absl::OkStatus();
   }
+  if (options_.bridge != nullptr) return add_joint_topics();
   for (const auto& [name, model] : models_) {
     if (model.joints.empty()) continue;
     for (const auto& [controller, mode] : {std::pair{"position_controller", DriveMode::kPosition},
@@ -239,9 +265,28 @@ absl::Status Robots::add_groups() {
 }
 
 absl::Status Robots::add_group(const std::string& topic, DriveMode mode, std::vector<std::size_t> joints) {
-  const auto commands = reader(std_msgs_msg_dds__Float64MultiArray__desc, topic);
+  const auto commands = open_reader(std_msgs_msg_dds__Float64MultiArray__desc, Bridged{topic, Profile{}});
   if (!commands.ok()) return commands.status();
   groups_.push_back({topic, *commands, mode, std::move(joints)});
+  return absl::OkStatus();
+}
+
+absl::Status Robots::add_joint_topics() {
+  for (const auto& [name, model] : models_) {
+    for (const std::size_t place : model.joints) {
+      const std::string joint = rest_of(joints_[place].joint.name);
+      for (const auto& [command, mode] :
+           {std::pair{"0/cmd_pos", DriveMode::kPosition}, std::pair{"cmd_vel", DriveMode::kVelocity},
+            std::pair{"cmd_force", DriveMode::kEffort}}) {
+        const std::string below = absl::StrCat("joint/", joint, "/", command);
+        const std::string topic = absl::StrCat(name_space(name), below);
+        const auto commands =
+            reader(std_msgs_msg_dds__Float64__desc, {.topic = topic, .model = name, .names = {below}});
+        if (!commands.ok()) return commands.status();
+        if (*commands != 0) groups_.push_back({topic, *commands, mode, {place}, /*is_number=*/true});
+      }
+    }
+  }
   return absl::OkStatus();
 }
 
@@ -271,10 +316,18 @@ absl::Status Robots::add_follower(const std::string& model) {
     log_warning(absl::StrCat("only ", kFollowersMax, " models follow trajectories of joints: not ", model));
     return absl::OkStatus();
   }
-  absl::StatusOr<std::unique_ptr<Follower>> follower = Follower::open(node_, name_space(model), [this] {
+  const std::string above = name_space(model);
+  const OwnTopic topic = {.topic = absl::StrCat(above, "joint_trajectory_controller/joint_trajectory"),
+                          .model = model,
+                          .names = {"joint_trajectory"},
+                          .is_only_one = true};
+  const auto bridge = bridged(trajectory_msgs_msg_dds__JointTrajectory__desc, topic, Flow::kFromRos);
+  const auto on_data = [this] {
     commanded_ = true;
     on_command_();
-  });
+  };
+  absl::StatusOr<std::unique_ptr<Follower>> follower =
+      Follower::open(node_, above, bridge ? bridge->topic : topic.topic, on_data);
   if (!follower.ok()) return follower.status();
   followers_[model] = *std::move(follower);
   return absl::OkStatus();
@@ -325,11 +378,12 @@ void Robots::take(JointFrame frame) {
 void Robots::publish(Tick tick, double time_step) {
   const Time stamp = time_at(tick, time_step);
   for (const Sensor& sensor : sensors_) {
-    if (!has_measured(sensor) || !measures_since(sensor, published_, tick, time_step)) continue;
+    if (sensor.writer == 0 || !has_measured(sensor) || !measures_since(sensor, published_, tick, time_step))
+      continue;
     warn(sensor.kind->publish(sensor, stamp));
   }
   for (const auto& [name, model] : models_) {
-    if (!model.joints.empty()) warn(publish_joints(name, model, stamp));
+    if (model.states != 0) warn(publish_joints(name, model, stamp));
   }
   published_ = tick;
 }
@@ -365,7 +419,7 @@ absl::Status Robots::publish_joints(const std::string& name, const Model& model,
 void Robots::ask_efforts(Client& client) {
   std::vector<JointId> joints;
   for (const auto& [name, model] : models_) {
-    if (model.joints.empty() || !has_reader(model.states)) continue;
+    if (model.states == 0 || !has_reader(model.states)) continue;
     for (const std::size_t place : model.joints) joints.push_back(joints_[place].id);
   }
   efforts_.ask(client, std::move(joints));
@@ -433,11 +487,16 @@ void Robots::carry_out(Client& client, Tick tick, double time_step) {
 
 // The last message counts. A number that is not finite is no command.
 void Robots::command_group(const Group& group, CommandList& commands) const {
+  using Number = std_msgs_msg_dds__Float64_;
   using Numbers = std_msgs_msg_dds__Float64MultiArray_;
   std::optional<std::vector<double>> last;
-  take_all<Numbers>(group.commands, [&](const Numbers& message) {
-    last.emplace(message.data._buffer, message.data._buffer + message.data._length);
-  });
+  if (group.is_number) {
+    take_all<Number>(group.commands, [&](const Number& message) { last = {message.data}; });
+  } else {
+    take_all<Numbers>(group.commands, [&](const Numbers& message) {
+      last.emplace(message.data._buffer, message.data._buffer + message.data._length);
+    });
+  }
   if (!last) return;
   if (last->size() != group.joints.size()) {
     log_warning(absl::StrCat(group.topic, ": ", last->size(), " numbers, but ", group.joints.size(),

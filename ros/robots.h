@@ -12,10 +12,12 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "ros/bridge.h"
 #include "ros/follower.h"
 #include "ros/joint_efforts.h"
 #include "ros/joint_groups.h"
@@ -33,6 +35,8 @@ struct RobotOptions {
   // Controllers of joints. None: each model with joints has one for positions, velocities and efforts each,
   // of all its joints.
   std::optional<std::vector<JointGroup>> controllers;
+  // Which topics there are, and under which names. Null: all, under their own. Must live longer.
+  Bridge* bridge = nullptr;
 };
 
 // For one thread, but for `on_command`.
@@ -86,16 +90,27 @@ class Robots {
     dds_entity_t commands = 0;
     DriveMode mode = DriveMode::kPosition;
     std::vector<std::size_t> joints;
+    bool is_number = false;  // a Float64 for its one joint, and no array
+  };
+  struct Bridged {
+    std::string topic;  // of ROS
+    Profile profile;
   };
   // By (type, topic), of this node: they are made once.
   using Entities = std::map<std::pair<const dds_topic_descriptor_t*, std::string>, dds_entity_t>;
 
   std::string name_space(const std::string& model) const;
-  absl::StatusOr<dds_entity_t> writer(const dds_topic_descriptor_t& type, const std::string& topic);
-  absl::StatusOr<dds_entity_t> reader(const dds_topic_descriptor_t& type, const std::string& topic);
+  // What ROS has of a topic; nothing where it is not bridged.
+  std::optional<Bridged> bridged(const dds_topic_descriptor_t& type, OwnTopic topic, Flow flow);
+  // 0 where it is not bridged.
+  absl::StatusOr<dds_entity_t> writer(const dds_topic_descriptor_t& type, OwnTopic topic);
+  absl::StatusOr<dds_entity_t> reader(const dds_topic_descriptor_t& type, OwnTopic topic);
+  absl::StatusOr<dds_entity_t> open_reader(const dds_topic_descriptor_t& type, const Bridged& bridge);
   absl::Status add_sensors(const std::vector<FoundProgram>& programs, const std::vector<std::string>& models);
   absl::Status add_joints();
   absl::Status add_groups();
+  // With a bridge: a number for each joint, as Gazebo's controllers have it.
+  absl::Status add_joint_topics();
   absl::Status add_group(const std::string& topic, DriveMode mode, std::vector<std::size_t> joints);
   // The places of the joints of a group in the one model that has them all; empty: there is none.
   std::vector<std::size_t> joints_of(const JointGroup& group) const;
@@ -122,16 +137,12 @@ class Robots {
   absl::flat_hash_map<std::uint64_t, FoundProgram> servants_;  // programs pid, by the joint that they drive
   std::vector<Sensor> sensors_;
   std::map<std::string, Model> models_;
+  std::set<std::string> model_names_;
   std::vector<Group> groups_;
   JointEfforts efforts_;
   std::map<std::string, std::unique_ptr<Follower>>
       followers_;       // by model; those that have gone stay, and rest
   Tick published_ = 0;  // the tick of the last publication
 };
-
-// "arm/hand" of "robot::arm::hand".
-std::string rest_of(const std::string& name);
-// A name as a part of a topic: ROS has letters, digits and _ there, and no digit at first.
-std::string topic_word(absl::string_view name);
 
 }  // namespace tessera::ros

@@ -1,5 +1,7 @@
 #include "ros/sensors.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -305,6 +307,18 @@ std::span<const SensorKind> sensor_kinds(const FoundProgram& program) {
   if (program.kind == "ranger" && parameter_of(program, "rows") > 1) return kPointsKind;
   const auto found = std::ranges::find(kKinds, absl::string_view(program.kind), &SensorKind::program);
   return found == kKinds.end() ? std::span<const SensorKind>() : std::span(&*found, 1);
+}
+
+std::vector<std::string> names_in_gazebo(const SensorKind& kind, const std::string& name) {
+  if (kind.type == &nav_msgs_msg_dds__Odometry__desc) return {name, "odometry"};
+  std::vector<std::string> names = {name, absl::StrCat(name, kind.part)};
+  if (kind.type == &sensor_msgs_msg_dds__PointCloud2__desc) names.push_back(absl::StrCat(name, "/points"));
+  if (kind.type == &sensor_msgs_msg_dds__Image__desc) names.push_back(absl::StrCat(name, "/depth_image"));
+  if (kind.type == &sensor_msgs_msg_dds__CameraInfo__desc) {
+    names.push_back(absl::StrCat(name, "/camera_info"));
+    names.emplace_back("/camera_info");  // of a camera whose topic is one word
+  }
+  return names;
 }
 
 bool has_measured(const Sensor& sensor) {

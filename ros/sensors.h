@@ -43,6 +43,9 @@ struct SensorKind {
 // All topics of a program; none of one that does not measure.
 std::span<const SensorKind> sensor_kinds(const FoundProgram& program);
 
+// How the topics of a program with this name end in Gazebo; with a '/' before it, a whole topic.
+std::vector<std::string> names_in_gazebo(const SensorKind& kind, const std::string& name);
+
 // Whether there is something to publish. A camera without images has no measurements to wait for.
 bool has_measured(const Sensor& sensor);
 
