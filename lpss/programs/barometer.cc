@@ -16,27 +16,34 @@ namespace barometer {
 namespace {
 
 constexpr double kEarth = 6356766;       // m, the radius by which heights become geopotential
-constexpr double kPressure = 101325;     // Pa, at sea level
-constexpr double kTemperature = 288.15;  // K, likewise
+constexpr double kAtSeaLevel = 101325;   // Pa
+constexpr double kTemperature = 288.15;  // K, at sea level
 constexpr double kLapse = 0.0065;        // K/m
 constexpr double kTropopause = 11000;    // m
 constexpr double kExponent = 9.80665 * 28.9644 / (8314.32 * kLapse);
 
-enum class Parameter { kHeight, kNoise };
+enum class Parameter { kHeight, kNoise, kErrors };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"height", "m", 0, -5000, 1e6, "Of where the body started, above the sea."},
     {"noise", "Pa", 0, 0, 1e5, "The standard deviation of the pressure, in a tick."},
+    {"offset", "Pa", 0, -1e5, 1e5, "The mean error of the pressure."},
+    {"bias", "Pa", 0, 0, 1e5, "The standard deviation of an error that stays as it is from the start on,"},
+    {"drift", "Pa", 0, 0, 1e5, "and of one that wanders,"},
+    {"drift_time", "s", 100, 0, 1e6, "and after this time has e^-1 of its correlation."},
+    {"precision", "Pa", 0, 0, 1e5, "It is shown as multiples of this; 0: as it is."},
 });
 
+enum class Value { kPressure, kDrift };
 constexpr auto kValues = std::to_array<NumberSpec>({
     {"pressure", "Pa", 0, 0, 0, "At the centre of mass."},
+    {"drift", "Pa", 0, 0, 0, "The error that wanders."},
 });
 
 double pressure_at(double height) {
   const double geopotential = kEarth * height / (kEarth + height);
   const double below = std::min(geopotential, kTropopause);
   const double temperature = kTemperature - kLapse * below;
-  const double pressure = kPressure * portable::pow(temperature / kTemperature, kExponent);
+  const double pressure = kAtSeaLevel * portable::pow(temperature / kTemperature, kExponent);
   if (geopotential <= kTropopause) return pressure;
   return pressure *
          portable::pow(std::numbers::e, -kExponent * kLapse * (geopotential - below) / temperature);
@@ -56,7 +63,9 @@ class Barometer final : public Program {
     const double noise = at(senses.parameters, Parameter::kNoise);
     const double height =
         at(senses.parameters, Parameter::kHeight) + senses.up().dot(senses.position() - senses.start);
-    values[0] = pressure_at(height) + (noise == 0 ? 0 : noise * normal(senses, 0));
+    const double pressure = pressure_at(height) + (noise == 0 ? 0 : noise * normal(senses, 0));
+    at(values, Value::kPressure) = with_lasting_errors(senses, lasting_errors(senses, Parameter::kErrors),
+                                                       pressure, 1, 2, at(values, Value::kDrift));
   }
 };
 

@@ -49,24 +49,29 @@ LastingErrors lasting_errors(const Senses& senses, Place first) {
   return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]};
 }
 
-// What is shown of `measured`. `drift`, which is kept, wanders; the numbers from `first` on are used.
-inline Eigen::Vector3d with_lasting_errors(const Senses& senses, const LastingErrors& errors,
-                                           const Eigen::Vector3d& measured, std::uint32_t first,
-                                           Eigen::Map<Eigen::Vector3d> drift) {
-  Eigen::Vector3d shown = measured + Eigen::Vector3d::Constant(errors.offset);
-  if (errors.bias > 0) {
-    for (int axis = 0; axis < 3; ++axis)
-      shown[axis] += errors.bias * normal_for_ever(senses, first + static_cast<std::uint32_t>(axis));
-  }
+// What is shown of `measured`. `drift`, which is kept, wanders; `first` and `second` are the numbers by
+// chance that the bias and the drift use.
+inline double with_lasting_errors(const Senses& senses, const LastingErrors& errors, double measured,
+                                  std::uint32_t first, std::uint32_t second, double& drift) {
+  double shown = measured + errors.offset;
+  if (errors.bias > 0) shown += errors.bias * normal_for_ever(senses, first);
   if (errors.drift > 0) {
     const double kept =
         errors.drift_time > 0 ? portable::pow(std::numbers::e, -senses.dt / errors.drift_time) : 0;
-    drift = kept * drift + noise_vector(senses, errors.drift * std::sqrt(1 - kept * kept), first + 3);
+    drift = kept * drift + errors.drift * std::sqrt(1 - kept * kept) * normal(senses, second);
     shown += drift;
   }
-  if (errors.precision > 0) {
-    for (int axis = 0; axis < 3; ++axis)
-      shown[axis] = errors.precision * std::round(shown[axis] / errors.precision);
+  return errors.precision > 0 ? errors.precision * std::round(shown / errors.precision) : shown;
+}
+
+// Of each direction; the numbers from `first` on are used.
+inline Eigen::Vector3d with_lasting_errors(const Senses& senses, const LastingErrors& errors,
+                                           const Eigen::Vector3d& measured, std::uint32_t first,
+                                           Eigen::Map<Eigen::Vector3d> drift) {
+  Eigen::Vector3d shown;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto n = first + static_cast<std::uint32_t>(axis);
+    shown[axis] = with_lasting_errors(senses, errors, measured[axis], n, n + 3, drift[axis]);
   }
   return shown;
 }

@@ -32,6 +32,9 @@ enum class Parameter {
   kHeightNoise,
   kVelocityNoise,
   kFrom,
+  kErrors = 10,
+  kHeightErrors = 15,
+  kVelocityErrors = 20,
 };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"latitude", "deg", 0, -90, 90, "Of where the body started, or of another place; above 0 in the north,"},
@@ -46,9 +49,24 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
      "axis,"},
     {"from_y", "m", 0, -1e7, 1e7, "its y axis,"},
     {"from_z", "m", 0, -1e7, 1e7, "and its z axis. There the world touches the earth."},
+    {"offset", "m", 0, -1e4, 1e4, "The mean error to the east and to the north, each."},
+    {"bias", "m", 0, 0, 1e4, "The standard deviation of an error that stays as it is from the start on,"},
+    {"drift", "m", 0, 0, 1e4, "and of one that wanders,"},
+    {"drift_time", "s", 100, 0, 1e6, "and after this time has e^-1 of its correlation."},
+    {"precision", "m", 0, 0, 1e4, "Ways to the east and to the north are multiples of this; 0: as they are."},
+    {"height_offset", "m", 0, -1e4, 1e4, "Likewise of the height,"},
+    {"height_bias", "m", 0, 0, 1e4, "likewise,"},
+    {"height_drift", "m", 0, 0, 1e4, "likewise,"},
+    {"height_drift_time", "s", 100, 0, 1e6, "likewise,"},
+    {"height_precision", "m", 0, 0, 1e4, "likewise."},
+    {"velocity_offset", "m/s", 0, -1e3, 1e3, "Likewise of each velocity,"},
+    {"velocity_bias", "m/s", 0, 0, 1e3, "likewise,"},
+    {"velocity_drift", "m/s", 0, 0, 1e3, "likewise,"},
+    {"velocity_drift_time", "s", 100, 0, 1e6, "likewise,"},
+    {"velocity_precision", "m/s", 0, 0, 1e3, "likewise."},
 });
 
-enum class Value { kLatitude, kLongitude, kHeight, kEast, kNorth, kUp };
+enum class Value { kLatitude, kLongitude, kHeight, kEast, kNorth, kUp, kDrift, kVelocityDrift = 9 };
 constexpr auto kValues = std::to_array<NumberSpec>({
     {"latitude", "deg", 0, 0, 0, "Of the centre of mass."},
     {"longitude", "deg", 0, 0, 0, "Likewise, within 180 degrees."},
@@ -56,6 +74,12 @@ constexpr auto kValues = std::to_array<NumberSpec>({
     {"east", "m/s", 0, 0, 0, "The velocity along the plane that touches the earth, to the east,"},
     {"north", "m/s", 0, 0, 0, "to the north,"},
     {"up", "m/s", 0, 0, 0, "and upwards."},
+    {"drift_east", "m", 0, 0, 0, "The error of the place that wanders, to the east,"},
+    {"drift_north", "m", 0, 0, 0, "to the north,"},
+    {"drift_up", "m", 0, 0, 0, "and upwards."},
+    {"velocity_drift_east", "m/s", 0, 0, 0, "That of the velocity, to the east,"},
+    {"velocity_drift_north", "m/s", 0, 0, 0, "to the north,"},
+    {"velocity_drift_up", "m/s", 0, 0, 0, "and upwards."},
 });
 
 struct Place {
@@ -119,18 +143,30 @@ class Satellite final : public Program {
     Eigen::Vector3d noise = noise_vector(senses, of(Parameter::kNoise), 0);
     const double height_noise = of(Parameter::kHeightNoise);
     noise.z() = height_noise > 0 ? height_noise * normal(senses, 2) : 0;
-    const Place now = place_of(point_at(start) + axes_at(start) * (way + noise));
+    const Place now = place_of(point_at(start) + axes_at(start) * shown_way(senses, way + noise, values));
     at(values, Value::kLatitude) = now.latitude / kDegree;
     at(values, Value::kLongitude) = now.longitude / kDegree;
     at(values, Value::kHeight) = now.height;
-    const Eigen::Vector3d velocity =
-        eastwards(senses, senses.velocity()) + noise_vector(senses, of(Parameter::kVelocityNoise), 3);
+    const Eigen::Vector3d velocity = with_lasting_errors(
+        senses, lasting_errors(senses, Parameter::kVelocityErrors),
+        eastwards(senses, senses.velocity()) + noise_vector(senses, of(Parameter::kVelocityNoise), 3), 12,
+        Eigen::Map<Eigen::Vector3d>(&at(values, Value::kVelocityDrift)));
     at(values, Value::kEast) = velocity.x();
     at(values, Value::kNorth) = velocity.y();
     at(values, Value::kUp) = velocity.z();
   }
 
  private:
+  // A way to the east, to the north and upwards, with its lasting errors.
+  static Eigen::Vector3d shown_way(const Senses& senses, const Eigen::Vector3d& way,
+                                   std::span<double> values) {
+    const LastingErrors errors = lasting_errors(senses, Parameter::kErrors);
+    const LastingErrors height_errors = lasting_errors(senses, Parameter::kHeightErrors);
+    double* const drift = &at(values, Value::kDrift);
+    return {with_lasting_errors(senses, errors, way.x(), 6, 9, drift[0]),
+            with_lasting_errors(senses, errors, way.y(), 7, 10, drift[1]),
+            with_lasting_errors(senses, height_errors, way.z(), 8, 11, drift[2])};
+  }
   // A vector of the world along east, north and up.
   static Eigen::Vector3d eastwards(const Senses& senses, const Eigen::Vector3d& vector) {
     const auto [sin, cos] = portable::sincos_degrees(at(senses.parameters, Parameter::kHeading));

@@ -390,5 +390,77 @@ TEST(Imu, ItsErrorsHaveTheStatisticsThatItIsTold) {
   EXPECT_EQ(value_of(world.body("biased0"), "acceleration_x"), before) << "it stays";
 }
 
+// A value of a sensor, and the parameters of its errors.
+struct NoisySensor {
+  std::string kind;
+  std::string numbers;  // before their names
+  std::string value;
+  double scale = 1;  // of the errors
+};
+
+class LastingErrorsTest : public ::testing::TestWithParam<NoisySensor> {
+ protected:
+  static WorldSettings settings() {
+    WorldSettings settings = settings_of(64);
+    settings.gravity = UniformGravity{{0, 0, 0}};
+    settings.sleep_after = 0;  // never
+    return settings;
+  }
+  // A body with the sensor, whose parameter is so much.
+  void add(const std::string& name, double y, const std::string& number, double much) {
+    const auto& [kind, prefix, value, scale] = GetParam();
+    add_box(builder_, name, {1, 1, 1}, {0.1, y, 0}, Motion::kDynamic)
+        .programs.push_back(
+            example_program(kind, {{prefix + number, much * scale}, {prefix + "drift_time", kDriftTime}}));
+  }
+  static double shown(Watched& world, const std::string& name) {
+    return value_of(world.body(name), GetParam().value) / GetParam().scale;
+  }
+
+  static constexpr double kDriftTime = 2;  // s
+  WorldBuilder builder_{settings()};
+};
+
+TEST_P(LastingErrorsTest, OffsetAndBiasStayAndPrecisionIsKept) {
+  constexpr int kInstances = 60;
+  add("plain", 0, "noise", 0);
+  add("off", 2, "offset", 0.5);
+  add("coarse", 4, "precision", 0.25);
+  for (int n = 0; n < kInstances; ++n) add("biased" + std::to_string(n), 6 + 2 * n, "bias", 0.4);
+  Watched world(builder_);
+  world.step();
+  const double plain = shown(world, "plain");
+  EXPECT_NEAR(shown(world, "off") - plain, 0.5, 1e-6);
+  EXPECT_NEAR(shown(world, "coarse"), 0.25 * std::round(plain / 0.25), 1e-6);
+  std::vector<double> biases;
+  for (int n = 0; n < kInstances; ++n) biases.push_back(shown(world, "biased" + std::to_string(n)) - plain);
+  EXPECT_NEAR(statistics_of(biases).deviation, 0.4, 4 * 0.4 / std::sqrt(2.0 * kInstances));
+  EXPECT_NEAR(statistics_of(biases).mean, 0, 4 * 0.4 / std::sqrt(1.0 * kInstances));
+  world.run(1);
+  EXPECT_NEAR(shown(world, "biased0") - plain, biases[0], 1e-6);
+}
+
+TEST_P(LastingErrorsTest, DriftWandersAsFarAndAsSlowlyAsItIsTold) {
+  add("plain", 0, "noise", 0);
+  add("wanders", 2, "drift", 0.3);
+  Watched world(builder_);
+  std::vector<double> drifts;
+  for (int tick = 0; tick < 60000; ++tick) {
+    world.cluster().step();
+    drifts.push_back(shown(world, "wanders") - shown(world, "plain"));
+  }
+  EXPECT_NEAR(statistics_of(drifts).deviation, 0.3, 0.05) << "1,000 s are 500 drift times";
+  EXPECT_NEAR(statistics_of(drifts).correlation, std::exp(-1 / kDriftTime), 0.15) << "after 60 ticks";
+}
+
+INSTANTIATE_TEST_SUITE_P(Sensors, LastingErrorsTest,
+                         ::testing::Values(NoisySensor{"altimeter", "", "height"},
+                                           NoisySensor{"altimeter", "climb_", "climb"},
+                                           NoisySensor{"barometer", "", "pressure", 10},
+                                           NoisySensor{"magnetometer", "", "field_y", 1e-5},
+                                           NoisySensor{"satellite", "height_", "height"},
+                                           NoisySensor{"satellite", "velocity_", "north"}),
+                         [](const auto& sensor) { return sensor.param.kind + "_" + sensor.param.value; });
+
 }  // namespace
 }  // namespace tessera

@@ -76,18 +76,18 @@ class Reading {
   Numbers numbers_;
 };
 
-// What a <noise> of an IMU has beside what is drawn anew in each tick. `numbers`: before the names of the
-// program's numbers.
-void write_lasting_errors(Reading& reading, const Element* axes, const std::string& numbers,
+// What the <noise> of an element has beside what is drawn anew in each tick. `numbers`: before the names of
+// the program's numbers.
+void write_lasting_errors(Reading& reading, const Element* noisy, const std::string& numbers,
                           ProgramWriter& program) {
-  const Element* const noise = find(axes, {"x", "noise"});
+  const Element* const noise = find(noisy, {"noise"});
   if (noise == nullptr) return;
   const auto number = [&](const char* name) { return reading.number_of(*noise, name); };
   const double time = number("dynamic_bias_correlation_time");
   program.set(numbers + "offset", number("mean") + number("bias_mean"))
       .set(numbers + "bias", std::abs(number("bias_stddev")))
       .set(numbers + "precision", std::abs(number("precision")));
-  // Gazebo's is how fast it wanders.
+  // Gazebo has how fast it wanders.
   if (time > 0) {
     program.set(numbers + "drift", std::abs(number("dynamic_bias_stddev")) * std::sqrt(time / 2))
         .set(numbers + "drift_time", time);
@@ -107,8 +107,16 @@ void write_imu(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
   const Element* const acceleration = find(imu, {"linear_acceleration"});
   program.set("turn_noise", reading.deviation_of_axes(turn, /*has_lasting_errors=*/true))
       .set("noise", reading.deviation_of_axes(acceleration, /*has_lasting_errors=*/true));
-  write_lasting_errors(reading, turn, "turn_", program);
-  write_lasting_errors(reading, acceleration, "", program);
+  write_lasting_errors(reading, find(turn, {"x"}), "turn_", program);
+  write_lasting_errors(reading, find(acceleration, {"x"}), "", program);
+}
+
+// The whole <noise> of an element at the end of a way of children.
+void write_noise(Reading& reading, std::initializer_list<const char*> way, const std::string& numbers,
+                 ProgramWriter& program) {
+  const Element* const noisy = find(&reading.element(), way);
+  program.set(numbers + "noise", reading.deviation(noisy, /*has_lasting_errors=*/true));
+  write_lasting_errors(reading, noisy, numbers, program);
 }
 
 struct Fan {
@@ -227,25 +235,26 @@ void write_camera(const Sensor& sensor, Reading& reading, ProgramWriter& program
 void write_contact(const Sensor&, Reading&, ProgramWriter&) {}
 
 void write_altimeter(const Sensor&, Reading& reading, ProgramWriter& program) {
-  program.set("noise", reading.deviation({"altimeter", "vertical_position"}))
-      .set("climb_noise", reading.deviation({"altimeter", "vertical_velocity"}));
+  write_noise(reading, {"altimeter", "vertical_position"}, "", program);
+  write_noise(reading, {"altimeter", "vertical_velocity"}, "climb_", program);
 }
 
 void write_satellite(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
   const char* const tag = sensor.element.FirstChildElement("navsat") != nullptr ? "navsat" : "gps";
-  program.set("noise", reading.deviation({tag, "position_sensing", "horizontal"}))
-      .set("height_noise", reading.deviation({tag, "position_sensing", "vertical"}))
-      .set("velocity_noise", reading.deviation({tag, "velocity_sensing", "horizontal"}));
+  write_noise(reading, {tag, "position_sensing", "horizontal"}, "", program);
+  write_noise(reading, {tag, "position_sensing", "vertical"}, "height_", program);
+  write_noise(reading, {tag, "velocity_sensing", "horizontal"}, "velocity_", program);
 }
 
 void write_magnetometer(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
-  program.set_turn(sensor.pose)
-      .set("noise", reading.deviation_of_axes(sensor.element.FirstChildElement("magnetometer")));
+  const Element* const axes = sensor.element.FirstChildElement("magnetometer");
+  program.set_turn(sensor.pose).set("noise", reading.deviation_of_axes(axes, /*has_lasting_errors=*/true));
+  write_lasting_errors(reading, find(axes, {"x"}), "", program);
 }
 
 void write_barometer(const Sensor&, Reading& reading, ProgramWriter& program) {
-  program.set("height", reading.number({"air_pressure", "reference_altitude"}, 0))
-      .set("noise", reading.deviation({"air_pressure", "pressure"}));
+  program.set("height", reading.number({"air_pressure", "reference_altitude"}, 0));
+  write_noise(reading, {"air_pressure", "pressure"}, "", program);
 }
 
 struct Kind {

@@ -19,6 +19,7 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 LoadedWorld load_sensor(const std::string& sensor, const std::string& of_world = "") {
   return load(world(of_world + model("m", "<pose>1 2 3 0 0 0</pose>", kUnitBox + sensor)));
@@ -182,6 +183,41 @@ TEST(SensorsOfFiles, ForceAndTorqueAreMeasuredInTheChild) {
   EXPECT_EQ(number_of(load, "direction"), 1);
 }
 
+TEST(SensorsOfFiles, WhateverANoiseHasIsThatOfTheProgram) {
+  const std::string noise =
+      "<noise type='gaussian'><mean>0.1</mean><stddev>0.2</stddev><bias_mean>0.3</bias_mean><bias_stddev>0.4"
+      "</bias_stddev><dynamic_bias_stddev>0.5</dynamic_bias_stddev><dynamic_bias_correlation_time>8"
+      "</dynamic_bias_correlation_time><precision>0.6</precision></noise>";
+  const std::string axes = "<x>" + noise + "</x><y>" + noise + "</y><z>" + noise + "</z>";
+  struct Case {
+    std::string sensor;
+    std::vector<std::string> numbers;  // what is before their names
+  };
+  for (const auto& [sensor, numbers] :
+       {Case{"altimeter'><altimeter><vertical_position>" + noise + "</vertical_position><vertical_velocity>" +
+                 noise + "</vertical_velocity></altimeter>",
+             {"", "climb_"}},
+        Case{"air_pressure'><air_pressure><pressure>" + noise + "</pressure></air_pressure>", {""}},
+        Case{"magnetometer'><magnetometer>" + axes + "</magnetometer>", {""}},
+        Case{"navsat'><navsat><position_sensing><horizontal>" + noise + "</horizontal><vertical>" + noise +
+                 "</vertical></position_sensing><velocity_sensing><horizontal>" + noise +
+                 "</horizontal></velocity_sensing></navsat>",
+             {"", "height_", "velocity_"}}}) {
+    const LoadedWorld loaded = load_sensor("<sensor name='s' type='" + sensor + "</sensor>");
+    const ProgramRecord& record = loaded.world.bodies.at(0).programs.at(0);
+    for (const std::string& first : numbers) {
+      SCOPED_TRACE(record.kind + ": " + first);
+      EXPECT_EQ(number_of(record, first + "noise"), 0.2);
+      EXPECT_EQ(number_of(record, first + "offset"), 0.4);
+      EXPECT_EQ(number_of(record, first + "bias"), 0.4);
+      EXPECT_EQ(number_of(record, first + "drift"), 1) << "in the long run";
+      EXPECT_EQ(number_of(record, first + "drift_time"), 8);
+      EXPECT_EQ(number_of(record, first + "precision"), 0.6);
+    }
+    EXPECT_THAT(loaded.notices, Not(Contains(HasSubstr("not simulated"))));
+  }
+}
+
 TEST(SensorsOfFiles, ACameraHasItsLensAndNoImages) {
   const LoadedWorld loaded = load_sensor(
       "<sensor name='eye' type='camera'><topic>/robot/left/image_raw</topic><pose>0.1 0 0.2 0 0.5 0</pose>"
@@ -223,10 +259,11 @@ TEST(SensorsOfFiles, WhatIsNotMeasuredIsNamed) {
       "<sensor name='eye' type='rfid'/><sensor name='s' type='altimeter'><altimeter><vertical_position>"
       "<noise "
       "type='gaussian'><stddev>1</stddev><bias_mean>2</bias_mean></noise></vertical_position></altimeter>"
+      "</sensor><sensor name='t' type='sonar'><sonar><noise><stddev>1</stddev><mean>2</mean></noise></sonar>"
       "</sensor>");
   EXPECT_THAT(loaded.notices, Contains("1 x <sensor> rfid skipped"));
   EXPECT_THAT(loaded.notices, Contains("1 x <sensor> altimeter is the program altimeter"));
-  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> altimeter: <bias_mean> of noise not simulated"));
+  EXPECT_THAT(loaded.notices, Contains("1 x <sensor> sonar: <mean> of noise not simulated"));
 }
 
 TEST(SensorsOfFiles, OneWithANumberOutOfBoundsIsLeftOut) {
