@@ -38,11 +38,12 @@ const Program& treads_program();
 const Program& vehicle_program();
 const Program& velocity_control_program();
 const Program& wander_program();
+const Program& waypoints_program();
 const Program& wind_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 33> builtin_programs() {
+inline std::array<const Program*, 34> builtin_programs() {
   return {&ackermann_program(), &altimeter_program(),     &barometer_program(),
           &belt_program(),      &breaker_program(),       &camera_program(),
           &character_program(), &diff_drive_program(),    &field_program(),
@@ -53,7 +54,8 @@ inline std::array<const Program*, 33> builtin_programs() {
           &ranger_program(),    &satellite_program(),     &thruster_program(),
           &touch_program(),     &tracks_program(),        &trajectory_program(),
           &treads_program(),    &vehicle_program(),       &velocity_control_program(),
-          &wander_program(),    &wind_program(),          &wing_program()};
+          &wander_program(),    &waypoints_program(),     &wind_program(),
+          &wing_program()};
 }
 
 }  // namespace tessera

@@ -38,7 +38,7 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
             "there is no program \"walker\"; there are: ackermann, altimeter, barometer, belt, breaker,"
             " camera, character, diff_drive, field, floater, hydrodynamics, imu, load, magnetometer, "
             "motorcycle, mover, multicopter, pad, pid, portal, pose, ranger, satellite, thruster, "
-            "touch, tracks, trajectory, treads, vehicle, velocity_control, wander, wind, wing");
+            "touch, tracks, trajectory, treads, vehicle, velocity_control, wander, waypoints, wind, wing");
 }
 
 // A snapshot, which has what programs do in the next tick, can be restored.

@@ -65,6 +65,10 @@ void Surroundings::tell(const Eigen::Vector3d& start, ProgramRecord& program) co
     set(program, "field_x", field_->x());
     set(program, "field_y", field_->y());
     set(program, "field_z", field_->z());
+  } else if (program.kind == "waypoints") {
+    if (start.cwiseAbs().maxCoeff() > kFromMax) return;
+    set(program, "from_x", start.x());
+    set(program, "from_y", start.y());
   }
 }
 

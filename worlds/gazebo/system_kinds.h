@@ -15,6 +15,7 @@ void take_planar_move(System& system);
 void take_mecanum_drive(System& system);
 void take_tracked_vehicle(System& system);
 void take_track_controller(System& system);
+void take_trajectory_follower(System& system);
 
 // Joints.
 void take_joint_position(System& system);

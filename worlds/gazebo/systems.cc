@@ -35,6 +35,7 @@ constexpr std::array kEntries = {
     Entry{"planarmoveplugin", take_planar_move},
     Entry{"track-controller", take_track_controller},
     Entry{"tracked-vehicle", take_tracked_vehicle},
+    Entry{"trajectory-follower", take_trajectory_follower},
     Entry{"velocity-control", take_velocity_control},
     Entry{"joint-controller", take_joint_velocity},
     Entry{"joint-position-controller", take_joint_position},
@@ -92,8 +93,6 @@ constexpr std::array kEntries = {
     Entry{"camera-video-recorder", nullptr, "nothing is rendered"},
     Entry{"gazebo-ros-camera", nullptr, "cameras are not rendered"},
     Entry{"gazebo-ros-openni-kinect", nullptr, "cameras are not rendered"},
-    Entry{"trajectory-follower", nullptr,
-          "it would have taken its model along a path: see the program mover"},
     Entry{"triggered-publisher", nullptr, "it would have sent a message"},
 };
 

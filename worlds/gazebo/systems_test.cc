@@ -232,6 +232,52 @@ TEST(SystemsOfFiles, WhatMovesByVelocitiesIsLed) {
   EXPECT_EQ(number_of(programs_of(mecanum, 0).at(0), "acceleration"), 2);
 }
 
+TEST(SystemsOfFiles, ATrajectoryFollowerHasItsWaypoints) {
+  const auto follower = [](const std::string& course) {
+    const LoadedWorld loaded =
+        load(world("<model name='cart'><pose>3 4 0 0 0 0</pose><link name='base'>" + kUnitBox +
+                   "</link><plugin name='p' "
+                   "filename='gz-sim-trajectory-follower-system'><link_name>base</link_name><force>10"
+                   "</force><bearing_tolerance>9</bearing_tolerance><loop>true</loop>" +
+                   course + "</plugin></model>"));
+    EXPECT_EQ(programs_of(loaded, 0).size(), 1u) << (loaded.repairs.empty() ? "" : loaded.repairs.at(0));
+    return programs_of(loaded, 0).at(0);
+  };
+  const ProgramRecord places =
+      follower("<waypoints><waypoint>25 0</waypoint><waypoint>15 -2</waypoint></waypoints>");
+  EXPECT_EQ(places.kind, "waypoints");
+  for (const auto& [name, value] : {std::pair{"count", 2.0},
+                                    {"loop", 1.0},
+                                    {"force", 10.0},
+                                    {"torque", 50.0},
+                                    {"range", 0.5},
+                                    {"bearing", std::numbers::pi / 20},
+                                    {"hold", 0.0},
+                                    {"axes", 0.0},
+                                    {"from_x", 3.0},
+                                    {"from_y", 4.0},
+                                    {"x_1", 15.0},
+                                    {"y_1", -2.0}})
+    EXPECT_NEAR(number_of(places, name), value, 1e-15) << name;
+  const ProgramRecord circle = follower("<circle><radius>2</radius></circle>");
+  EXPECT_EQ(number_of(circle, "count"), 8);
+  EXPECT_EQ(number_of(circle, "axes"), 1);
+  EXPECT_NEAR(number_of(circle, "y_2"), 2, 1e-15);
+  const ProgramRecord line = follower("<line><direction>0</direction><length>5</length></line>");
+  EXPECT_EQ(number_of(line, "count"), 2);
+  EXPECT_EQ(number_of(line, "axes"), 2);
+  EXPECT_EQ(number_of(line, "x_1"), 5);
+}
+
+TEST(SystemsOfFiles, ATrajectoryFollowerWithoutACourseIsLeftOut) {
+  const std::string before =
+      "<plugin name='p' filename='gz-sim-trajectory-follower-system'><link_name>base</link_name>";
+  EXPECT_THAT(load(cart(before + "</plugin>")).repairs,
+              Contains(HasSubstr("it has no <waypoint>, <circle> or <line>")));
+  EXPECT_THAT(load(cart(before + "<waypoints><waypoint>1</waypoint></waypoints></plugin>")).repairs,
+              Contains(HasSubstr("a <waypoint> must have two numbers")));
+}
+
 TEST(SystemsOfFiles, AMulticopterKnowsItsRotors) {
   const std::string rotor =
       "<rotor><jointName>JOINT</jointName><forceConstant>1e-5</forceConstant><momentConstant>"

@@ -5,11 +5,13 @@
 #include <array>
 #include <cstddef>
 #include <initializer_list>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "lpss/base/portable_math.h"
 #include "worlds/gazebo/system_kinds.h"
 
 namespace tessera::gazebo {
@@ -80,6 +82,42 @@ void write_planar(System& system, double acceleration, Element& link) {
   ProgramWriter program("velocity_control", system.name());
   program.set("planar", 1).set("acceleration", accelerates(acceleration));
   system.write(program, link);
+}
+
+// The places of a trajectory, in the axes that the number `axes` of the program tells. Empty: there are none.
+struct Course {
+  double axes = 0;
+  std::vector<Eigen::Vector2d> places;
+};
+
+Course course_of(System& system) {
+  const Element& plugin = system.plugin();
+  Course course;
+  for (const Element* place = find(&plugin, {"waypoints", "waypoint"}); place != nullptr;
+       place = place->NextSiblingElement("waypoint")) {
+    const absl::StatusOr<std::vector<double>> numbers = xml::numbers_in(*place, xml::text_of(*place));
+    if (!numbers.ok() || numbers->size() < 2) {
+      system.fail("a <waypoint> must have two numbers");
+      return {};
+    }
+    course.places.emplace_back((*numbers)[0], (*numbers)[1]);
+  }
+  if (plugin.FirstChildElement("waypoints") != nullptr) return course;
+  if (plugin.FirstChildElement("circle") != nullptr) {
+    constexpr int kPlaces = 8;  // as in Gazebo
+    const double radius = number_below(system, {"circle", "radius"});
+    course.axes = 1;
+    for (int n = 0; n < kPlaces; ++n) {
+      const auto [sin, cos] = portable::sincos(2 * std::numbers::pi * n / kPlaces);
+      course.places.emplace_back(radius * cos, radius * sin);
+    }
+  } else if (plugin.FirstChildElement("line") != nullptr) {
+    const double length = number_below(system, {"line", "length"});
+    const auto [sin, cos] = portable::sincos(number_below(system, {"line", "direction"}));
+    course.axes = 2;
+    course.places = {{0, 0}, {length * cos, length * sin}};
+  }
+  return course;
 }
 
 }  // namespace
@@ -222,6 +260,31 @@ void take_track_controller(System& system) {
   }
   ProgramWriter program("belt", system.name());
   program.set("round", 1).set("acceleration", accelerates(system.number({"max_acceleration"}, 0)));
+  system.write(program, *place->link);
+}
+
+void take_trajectory_follower(System& system) {
+  constexpr std::size_t kPlacesMax = 64;
+  constexpr double kDegree = std::numbers::pi / 180;
+  const std::optional<ModelParts::Place> place = system.place(system.text({"link_name"}));
+  if (!place) return;
+  const Course course = course_of(system);
+  if (course.places.empty()) return system.fail("it has no <waypoint>, <circle> or <line>");
+  if (course.places.size() > kPlacesMax)
+    return system.fail(absl::StrCat(course.places.size(), " waypoints must be at most ", kPlacesMax,
+                                    ", as a program has them"));
+  ProgramWriter program("waypoints", system.name());
+  program.set("count", static_cast<double>(course.places.size()))
+      .set("axes", course.axes)
+      .set("loop", system.flag("loop", false) ? 1 : 0)
+      .set("force", system.number({"force"}, 60))
+      .set("torque", system.number({"torque"}, 50))
+      .set("range", system.number({"range_tolerance"}, 0.5))
+      .set("bearing", system.number({"bearing_tolerance"}, 2) * kDegree)
+      .set("hold", system.flag("zero_vel_on_bearing_reached", false) ? 1 : 0);
+  for (std::size_t n = 0; n < course.places.size(); ++n) {
+    program.set(absl::StrCat("x_", n), course.places[n].x()).set(absl::StrCat("y_", n), course.places[n].y());
+  }
   system.write(program, *place->link);
 }
 
