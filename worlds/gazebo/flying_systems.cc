@@ -8,6 +8,7 @@
 #include <string>
 
 #include "lpss/base/portable_math.h"
+#include "worlds/gazebo/added_mass.h"
 #include "worlds/gazebo/system_kinds.h"
 
 namespace tessera::gazebo {
@@ -188,9 +189,23 @@ void take_hydrodynamics(System& system) {
       Derivative{"square_turn_drag_y", {"mQabsQ", "mQQ"}},
       Derivative{"square_turn_drag_z", {"nRabsR", "nRR"}},
   };
+  // Of water that the link tells of, too.
+  const absl::StatusOr<std::optional<AddedMass>> given = take_added_mass(*place->link);
+  if (!given.ok()) return system.fail(given.status().message());
+  const AddedMass added = given->value_or(AddedMass{});
+  if (added.has_others) system.note("<fluid_added_mass> beside the diagonal is not simulated");
+  const bool takes_water_along = !system.flag("disable_added_mass", false);
+  if (system.flag("disable_coriolis", false)) system.note("<disable_coriolis> is not used");
   ProgramWriter program("hydrodynamics", system.name());
-  for (const auto& [number, spellings] : kDerivatives)
-    program.set(number, std::abs(system.number({spellings[0], spellings[1]}, 0)));
+  for (std::size_t n = 0; n < kDerivatives.size(); ++n) {
+    const auto& [number, spellings] = kDerivatives[n];
+    double value = std::abs(system.number({spellings[0], spellings[1]}, 0));
+    if (n < 6) {
+      const Eigen::Vector3d& of_link = n < 3 ? added.mass : added.inertia;
+      value = of_link[static_cast<Eigen::Index>(n % 3)] + (takes_water_along ? value : 0);
+    }
+    program.set(number, value);
+  }
   const Eigen::Vector3d current = system.vector("default_current", Eigen::Vector3d::Zero());
   program.set("current_x", current.x()).set("current_y", current.y()).set("current_z", current.z());
   for (const char* cross : {"xDotV", "xV", "xVabsV", "yDotR", "yR", "nV", "nVabsV", "mW", "zQ"}) {

@@ -1,9 +1,13 @@
 // What is measured.
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 #include <absl/strings/string_view.h>
 
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "worlds/gazebo/system_kinds.h"
 
@@ -27,6 +31,20 @@ void sensor_without_noise(System& system, absl::string_view kind) {
     system.write(ProgramWriter(kind, system.name()), *place->link);
 }
 
+// The <pose> of a plugin, which is in its model, in one of its links; nothing where one of the poses is
+// malformed or relative to something.
+std::optional<Pose> pose_in(const Element& link, const Element& plugin) {
+  std::array<Pose, 2> poses;
+  for (const auto& [element, pose] : {std::pair{&link, &poses[0]}, std::pair{&plugin, &poses[1]}}) {
+    const Element* const given = element->FirstChildElement("pose");
+    if (given == nullptr) continue;
+    const absl::StatusOr<xml::RelativePose> read = xml::pose_of(*given);
+    if (!read.ok() || !read->relative_to.empty()) return std::nullopt;
+    *pose = read->pose;
+  }
+  return poses[0].inverse() * poses[1];
+}
+
 }  // namespace
 
 void take_imu(System& system) {
@@ -48,6 +66,47 @@ void take_pose(System& system) {
 
 void take_barometer(System& system) { sensor_without_noise(system, "barometer"); }
 void take_magnetometer(System& system) { sensor_without_noise(system, "magnetometer"); }
+
+// A zone that counts what is in it.
+void take_performer_detector(System& system) {
+  constexpr double kAcrossMax = 100;  // m: a link with a trigger is within a sector
+  const Element* const box = find(&system.plugin(), {"geometry", "box"});
+  const Element* const size = find(box, {"size"});
+  if (size == nullptr) return system.fail("it has no <geometry> with a <box>");
+  const absl::StatusOr<Eigen::Vector3d> sides = xml::vector_in(*size, xml::text_of(*size));
+  if (!sides.ok()) return system.fail(sides.status().message());
+  if (!(sides->minCoeff() > 0) || sides->norm() > kAcrossMax)
+    return system.fail(
+        absl::StrCat("its <box> must have sides above 0 and be at most ", kAcrossMax, " m across"));
+  Element* const link = system.first_link();
+  if (link == nullptr) return;
+  if (system.parts().is_static()) {
+    for (const Element* other = link; other != nullptr; other = other->NextSiblingElement("link")) {
+      if (other->FirstChildElement("collision") != nullptr)
+        return system.fail(
+            "its model is static and has collisions: only a model without them can become a zone");
+    }
+    system.parts().make_kinematic();
+  }
+  const std::optional<Pose> in_link = pose_in(*link, system.plugin());
+  if (!in_link) return system.fail("its <pose>, or that of its link, is malformed or relative to something");
+  Element& zone = *link->InsertNewChildElement("collision");
+  zone.SetAttribute("name", "performer_detector");
+  const Eigen::Vector3d angles = xml::angles_of(in_link->orientation);
+  const Eigen::Vector3d& at = in_link->position;
+  zone.InsertNewChildElement("pose")->SetText(absl::StrFormat("%.17g %.17g %.17g %.17g %.17g %.17g", at.x(),
+                                                              at.y(), at.z(), angles.x(), angles.y(),
+                                                              angles.z())
+                                                  .c_str());
+  zone.InsertNewChildElement("geometry")
+      ->InsertNewChildElement("box")
+      ->InsertNewChildElement("size")
+      ->SetText(absl::StrFormat("%.17g %.17g %.17g", sides->x(), sides->y(), sides->z()).c_str());
+  zone.InsertNewChildElement("tessera:trigger");
+  system.note("everything that can move counts as a performer");
+  system.write(ProgramWriter("pad", system.name()), *link);
+}
+
 void take_touch(System& system) { sensor_without_noise(system, "touch"); }
 
 }  // namespace tessera::gazebo

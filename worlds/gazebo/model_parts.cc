@@ -105,4 +105,17 @@ Element* ModelParts::side(const Element& joint, const char* side) const {
   return found ? found->link : nullptr;
 }
 
+bool ModelParts::is_static() const {
+  const xml::Element* const fixed = model_.FirstChildElement("static");
+  return fixed != nullptr && xml::bool_of(*fixed).value_or(false);
+}
+
+void ModelParts::make_kinematic() const {
+  if (xml::Element* const fixed = model_.FirstChildElement("static")) fixed->SetText("false");
+  for (xml::Element* link = first_link(); link != nullptr; link = link->NextSiblingElement("link")) {
+    if (link->FirstChildElement("kinematic") == nullptr) link->InsertNewChildElement("kinematic");
+    link->FirstChildElement("kinematic")->SetText("true");
+  }
+}
+
 }  // namespace tessera::gazebo

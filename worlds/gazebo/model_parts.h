@@ -31,6 +31,11 @@ class ModelParts {
   // where its pose is relative to something else.
   std::optional<Place> place(const std::string& name) const;
 
+  // Whether the model is static.
+  bool is_static() const;
+  // A static model becomes one that stands because nobody leads it, so that it may have programs.
+  void make_kinematic() const;
+
   // The name of a joint or link in the model: "inner::arm".
   std::string name_of(const xml::Element& part) const;
 

@@ -30,6 +30,7 @@ void take_pose(System& system);
 void take_barometer(System& system);
 void take_magnetometer(System& system);
 void take_touch(System& system);
+void take_performer_detector(System& system);
 
 // What flies and swims.
 void take_motor(System& system);

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <string>
 
+#include "worlds/gazebo/added_mass.h"
 #include "worlds/gazebo/system_kinds.h"
 
 namespace tessera::gazebo {
@@ -51,6 +52,7 @@ constexpr std::array kEntries = {
     Entry{"gazebo-imu-plugin", take_imu},
     Entry{"gazebo-ros-imu", take_imu},
     Entry{"gazebo-barometer-plugin", take_barometer},
+    Entry{"performer-detector", take_performer_detector},
     Entry{"touchplugin", take_touch},
     Entry{"gazebo-magnetometer-plugin", take_magnetometer},
     Entry{"hydrodynamics", take_hydrodynamics},
@@ -168,6 +170,7 @@ void take_systems(const ModelParts& parts, Notices& notices) {
     }
   }
   while (Element* const plugin = model.FirstChildElement("plugin")) model.DeleteChild(plugin);
+  take_added_masses(parts, notices);
 }
 
 }  // namespace tessera::gazebo

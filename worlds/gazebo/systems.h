@@ -9,8 +9,8 @@
 
 namespace tessera::gazebo {
 
-// Gives links of a model programs, and joints drives, for the plugins of the model, which are removed.
-// `notices` gets what runs, and what is left out, and why.
+// Gives links of a model programs, and joints drives, for the plugins of the model, which are removed, and
+// for the water that they take along. `notices` gets what runs, and what is left out, and why.
 void take_systems(const ModelParts& parts, Notices& notices);
 
 // What is said of a plugin that nothing here stands for: "<plugin> libcamera.so skipped", with what it would

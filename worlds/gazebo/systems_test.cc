@@ -316,6 +316,51 @@ TEST(SystemsOfFiles, DerivativesOfAVesselAreItsDragAndItsAddedMass) {
   EXPECT_EQ(number_of(hull, "current_y"), 1);
 }
 
+TEST(SystemsOfFiles, TheAddedMassOfALinkIsThatOfItsProgram) {
+  const auto with = [](const std::string& plugin) {
+    return load(
+        world("<model name='m'><link "
+              "name='base'><inertial><mass>5</mass><fluid_added_mass><xx>2</xx><zz>3</zz><rr>4</rr>"
+              "<xy>0.1</xy></fluid_added_mass></inertial>" +
+              kUnitBox + "</link>" + plugin + "</model>"));
+  };
+  const LoadedWorld alone = with("");
+  const ProgramRecord& hull = programs_of(alone, 0).at(0);
+  EXPECT_EQ(hull.kind, "hydrodynamics");
+  EXPECT_EQ(hull.name, "added_mass");
+  EXPECT_EQ(number_of(hull, "mass_x"), 2);
+  EXPECT_EQ(number_of(hull, "mass_z"), 3);
+  EXPECT_EQ(number_of(hull, "inertia_z"), 4);
+  EXPECT_THAT(alone.notices, Contains("1 x <fluid_added_mass> is the program hydrodynamics"));
+  EXPECT_THAT(alone.notices, Contains("1 x <fluid_added_mass>: parts beside the diagonal are not simulated"));
+  const std::string plugin =
+      "<plugin name='p' filename='gz-sim-hydrodynamics-system'><link_name>base</link_name><xDotU>-1</xDotU>"
+      "<xU>-7</xU>";
+  const LoadedWorld both = with(plugin + "</plugin>");
+  ASSERT_EQ(programs_of(both, 0).size(), 1u) << "one program has both";
+  EXPECT_EQ(number_of(programs_of(both, 0).at(0), "mass_x"), 3);
+  EXPECT_EQ(number_of(programs_of(both, 0).at(0), "drag_x"), 7);
+  const LoadedWorld disabled = with(plugin + "<disable_added_mass>true</disable_added_mass></plugin>");
+  EXPECT_EQ(number_of(programs_of(disabled, 0).at(0), "mass_x"), 2);
+}
+
+TEST(SystemsOfFiles, ADetectorOfPerformersIsAZoneThatCounts) {
+  const auto zone = [](const std::string& in_link, const std::string& size) {
+    return load(world("<model name='zone'><static>true</static><pose>1 2 3 0 0 0</pose><link name='l'>" +
+                      in_link +
+                      "</link><plugin name='p' filename='gz-sim-performer-detector-system'><pose>0 0 1 0 0 0"
+                      "</pose><geometry><box><size>" +
+                      size + "</size></box></geometry></plugin></model>"));
+  };
+  const LoadedWorld loaded = zone("<pose>0 0 0.5 0 0 0</pose>", "4 4 2");
+  const BodyDescription& body = loaded.world.bodies.at(0);
+  EXPECT_EQ(programs_of(loaded, 0).at(0).kind, "pad");
+  EXPECT_EQ(body.properties.motion, Motion::kKinematic);
+  EXPECT_TRUE(body.properties.trigger);
+  EXPECT_THAT(zone(kUnitBox, "4 4 2").repairs, Contains(HasSubstr("its model is static and has collisions")));
+  EXPECT_THAT(zone("", "4 400 2").repairs, Contains(HasSubstr("be at most 100 m across")));
+}
+
 TEST(SystemsOfFiles, WaterLiftsWhatHasAVolume) {
   const std::string ball =
       "<pose>0 0 2 0 0 0</pose><collision name='c'><pose>0 0 0.1 0 0 0</pose><geometry><sphere>"

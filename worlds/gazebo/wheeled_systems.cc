@@ -244,20 +244,11 @@ void take_tracked_vehicle(System& system) {
   system.write(program, *place->link);
 }
 
-// The surface of a link. One that does not move is led, and so stands, that it may have a program.
+// The surface of a link.
 void take_track_controller(System& system) {
   const std::optional<ModelParts::Place> place = system.place(system.text({"link"}));
   if (!place) return;
-  Element& model = system.parts().model();
-  Element* const fixed = model.FirstChildElement("static");
-  if (fixed != nullptr && xml::bool_of(*fixed).value_or(false)) {
-    fixed->SetText("false");
-    for (Element* link = model.FirstChildElement("link"); link != nullptr;
-         link = link->NextSiblingElement("link")) {
-      if (link->FirstChildElement("kinematic") == nullptr) link->InsertNewChildElement("kinematic");
-      link->FirstChildElement("kinematic")->SetText("true");
-    }
-  }
+  if (system.parts().is_static()) system.parts().make_kinematic();
   ProgramWriter program("belt", system.name());
   program.set("round", 1).set("acceleration", accelerates(system.number({"max_acceleration"}, 0)));
   system.write(program, *place->link);

@@ -369,12 +369,11 @@ TEST(Unknown, ElementsAndAttributesOfUrdf) {
 }
 
 TEST(Unknown, ExtensionsAndNewerElementsAreNotSimulated) {
-  const LoadedWorld loaded = load(world(
-      model("m", "",
-            "<drake:diff/><inertial><fluid_added_mass><xx>1</xx></fluid_added_mass></inertial>" + kUnitBox)));
+  const LoadedWorld loaded =
+      load(world(model("m", "", "<drake:diff/><inertial><auto_inertia_params/></inertial>" + kUnitBox)));
   EXPECT_THAT(loaded.repairs, IsEmpty());
   EXPECT_THAT(loaded.notices, ElementsAre("1 x <drake:diff> of <link> not simulated",
-                                          "1 x <inertial><fluid_added_mass> of <link> not simulated"));
+                                          "1 x <inertial><auto_inertia_params> of <link> not simulated"));
 }
 
 // What is not simulated is named.
