@@ -14,7 +14,8 @@ double parameter_of(const FoundProgram& program, absl::string_view name) {
 
 std::optional<Pose> mounting_of(const FoundProgram& program) {
   const auto number = [&](absl::string_view name) { return parameter_of(program, name); };
-  constexpr std::array<absl::string_view, 4> kMounted = {"camera", "imu", "magnetometer", "ranger"};
+  constexpr std::array<absl::string_view, 5> kMounted = {"camera", "imu", "logical_camera", "magnetometer",
+                                                         "ranger"};
   if (std::ranges::find(kMounted, absl::string_view(program.kind)) == kMounted.end()) return std::nullopt;
   return Pose{{number("x"), number("y"), number("z")},
               turned_by(number("roll"), number("pitch"), number("yaw"))};

@@ -20,6 +20,7 @@ const Program& floater_program();
 const Program& hydrodynamics_program();
 const Program& imu_program();
 const Program& load_program();
+const Program& logical_camera_program();
 const Program& magnetometer_program();
 const Program& motorcycle_program();
 const Program& mover_program();
@@ -43,18 +44,41 @@ const Program& wind_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 34> builtin_programs() {
-  return {&ackermann_program(), &altimeter_program(),     &barometer_program(),
-          &belt_program(),      &breaker_program(),       &camera_program(),
-          &character_program(), &diff_drive_program(),    &field_program(),
-          &floater_program(),   &hydrodynamics_program(), &imu_program(),
-          &load_program(),      &magnetometer_program(),  &motorcycle_program(),
-          &mover_program(),     &multicopter_program(),   &pad_program(),
-          &pid_program(),       &portal_program(),        &pose_program(),
-          &ranger_program(),    &satellite_program(),     &thruster_program(),
-          &touch_program(),     &tracks_program(),        &trajectory_program(),
-          &treads_program(),    &vehicle_program(),       &velocity_control_program(),
-          &wander_program(),    &waypoints_program(),     &wind_program(),
+inline std::array<const Program*, 35> builtin_programs() {
+  return {&ackermann_program(),
+          &altimeter_program(),
+          &barometer_program(),
+          &belt_program(),
+          &breaker_program(),
+          &camera_program(),
+          &character_program(),
+          &diff_drive_program(),
+          &field_program(),
+          &floater_program(),
+          &hydrodynamics_program(),
+          &imu_program(),
+          &load_program(),
+          &logical_camera_program(),
+          &magnetometer_program(),
+          &motorcycle_program(),
+          &mover_program(),
+          &multicopter_program(),
+          &pad_program(),
+          &pid_program(),
+          &portal_program(),
+          &pose_program(),
+          &ranger_program(),
+          &satellite_program(),
+          &thruster_program(),
+          &touch_program(),
+          &tracks_program(),
+          &trajectory_program(),
+          &treads_program(),
+          &vehicle_program(),
+          &velocity_control_program(),
+          &wander_program(),
+          &waypoints_program(),
+          &wind_program(),
           &wing_program()};
 }
 

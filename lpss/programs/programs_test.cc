@@ -36,7 +36,8 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
   EXPECT_EQ(record.status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(record.status().message(),
             "there is no program \"walker\"; there are: ackermann, altimeter, barometer, belt, breaker,"
-            " camera, character, diff_drive, field, floater, hydrodynamics, imu, load, magnetometer, "
+            " camera, character, diff_drive, field, floater, hydrodynamics, imu, load, logical_camera, "
+            "magnetometer, "
             "motorcycle, mover, multicopter, pad, pid, portal, pose, ranger, satellite, thruster, "
             "touch, tracks, trajectory, treads, vehicle, velocity_control, wander, waypoints, wind, wing");
 }

@@ -390,6 +390,41 @@ TEST(Imu, ItsErrorsHaveTheStatisticsThatItIsTold) {
   EXPECT_EQ(value_of(world.body("biased0"), "acceleration_x"), before) << "it stays";
 }
 
+// In front of it at 2 m and, in the next sector, at 4 m; others are beside its view, behind it and too far
+// away.
+TEST(LogicalCamera, TellsWhatIsInItsFieldOfView) {
+  WorldSettings settings = settings_of(25);
+  settings.gravity = UniformGravity{{0, 0, 0}};
+  WorldBuilder builder(settings);
+  BodyDescription& eye = add_box(builder, "eye", {14, 14, 14}, {12, 0.2, 0.3}, Motion::kKinematic);
+  eye.properties.trigger = true;
+  eye.pose.orientation = Eigen::AngleAxisd(EIGEN_PI / 2, Eigen::Vector3d::UnitZ());
+  eye.programs.push_back(
+      example_program("logical_camera", {{"x", 0.5}, {"near", 0.5}, {"far", 5}, {"angle", 1}}));
+  const auto add = [&](const std::string& name, const Eigen::Vector3d& seen) {
+    const Eigen::Vector3d turned(-seen.y(), seen.x() + 0.5, seen.z());
+    add_box(builder, name, {0.2, 0.2, 0.2}, Eigen::Vector3d(12, 0.2, 0.3) + turned, Motion::kDynamic);
+  };
+  add("far", {4, -1, 0.5});
+  add("near", {2, 0.5, 0});
+  add("beside", {2, 1.2, 0});
+  add("above", {2, 0, 1});
+  add("behind", {-2, 0, 0});
+  add("too_far", {5.5, 0, 0});
+  for (const std::uint32_t partitions : {1u, 4u}) {
+    Watched world(builder, partitions);
+    world.run(0.1);
+    const BodyRecord body = world.body("eye");
+    EXPECT_EQ(value_of(body, "count"), 2);
+    EXPECT_EQ(value_of(body, "body_0"), static_cast<double>(world.body("near").id.value));
+    EXPECT_EQ(value_of(body, "body_1"), static_cast<double>(world.body("far").id.value));
+    EXPECT_EQ(value_of(body, "body_2"), 0);
+    EXPECT_NEAR(value_of(body, "x_1"), 4, 1e-5);
+    EXPECT_NEAR(value_of(body, "y_1"), -1, 1e-5);
+    EXPECT_NEAR(value_of(body, "z_1"), 0.5, 1e-5);
+  }
+}
+
 // A value of a sensor, and the parameters of its errors.
 struct NoisySensor {
   std::string kind;

@@ -1,6 +1,4 @@
 // What is measured.
-#include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/string_view.h>
 
 #include <array>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "worlds/gazebo/system_kinds.h"
+#include "worlds/gazebo/trigger.h"
 
 namespace tessera::gazebo {
 namespace {
@@ -69,15 +68,11 @@ void take_magnetometer(System& system) { sensor_without_noise(system, "magnetome
 
 // A zone that counts what is in it.
 void take_performer_detector(System& system) {
-  constexpr double kAcrossMax = 100;  // m: a link with a trigger is within a sector
   const Element* const box = find(&system.plugin(), {"geometry", "box"});
   const Element* const size = find(box, {"size"});
   if (size == nullptr) return system.fail("it has no <geometry> with a <box>");
   const absl::StatusOr<Eigen::Vector3d> sides = xml::vector_in(*size, xml::text_of(*size));
   if (!sides.ok()) return system.fail(sides.status().message());
-  if (!(sides->minCoeff() > 0) || sides->norm() > kAcrossMax)
-    return system.fail(
-        absl::StrCat("its <box> must have sides above 0 and be at most ", kAcrossMax, " m across"));
   Element* const link = system.first_link();
   if (link == nullptr) return;
   if (system.parts().is_static()) {
@@ -86,23 +81,12 @@ void take_performer_detector(System& system) {
         return system.fail(
             "its model is static and has collisions: only a model without them can become a zone");
     }
-    system.parts().make_kinematic();
   }
   const std::optional<Pose> in_link = pose_in(*link, system.plugin());
   if (!in_link) return system.fail("its <pose>, or that of its link, is malformed or relative to something");
-  Element& zone = *link->InsertNewChildElement("collision");
-  zone.SetAttribute("name", "performer_detector");
-  const Eigen::Vector3d angles = xml::angles_of(in_link->orientation);
-  const Eigen::Vector3d& at = in_link->position;
-  zone.InsertNewChildElement("pose")->SetText(absl::StrFormat("%.17g %.17g %.17g %.17g %.17g %.17g", at.x(),
-                                                              at.y(), at.z(), angles.x(), angles.y(),
-                                                              angles.z())
-                                                  .c_str());
-  zone.InsertNewChildElement("geometry")
-      ->InsertNewChildElement("box")
-      ->InsertNewChildElement("size")
-      ->SetText(absl::StrFormat("%.17g %.17g %.17g", sides->x(), sides->y(), sides->z()).c_str());
-  zone.InsertNewChildElement("tessera:trigger");
+  const absl::Status added = add_trigger(*link, "performer_detector", *in_link, *sides);
+  if (!added.ok()) return system.fail(added.message());
+  if (system.parts().is_static()) system.parts().make_kinematic();
   system.note("everything that can move counts as a performer");
   system.write(ProgramWriter("pad", system.name()), *link);
 }

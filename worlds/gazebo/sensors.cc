@@ -15,6 +15,7 @@
 #include "lpss/model/limits.h"
 #include "worlds/gazebo/numbers.h"
 #include "worlds/gazebo/program_writer.h"
+#include "worlds/gazebo/trigger.h"
 
 namespace tessera::gazebo {
 namespace {
@@ -232,6 +233,18 @@ void write_camera(const Sensor& sensor, Reading& reading, ProgramWriter& program
   for (const char* part : {"k1", "k2", "p1", "p2", "k3"}) program.set(part, number({"distortion", part}, 0));
 }
 
+void write_logical_camera(const Sensor& sensor, Reading& reading, ProgramWriter& program) {
+  const auto number = [&](const char* name, double otherwise) {
+    return reading.number({"logical_camera", name}, otherwise);
+  };
+  program.set_place(sensor.pose)
+      .set_turn(sensor.pose)
+      .set("near", number("near", 0))
+      .set("far", number("far", 1))
+      .set("angle", number("horizontal_fov", 1))
+      .set("aspect", number("aspect_ratio", 1));
+}
+
 void write_contact(const Sensor&, Reading&, ProgramWriter&) {}
 
 void write_altimeter(const Sensor&, Reading& reading, ProgramWriter& program) {
@@ -276,6 +289,7 @@ constexpr std::array kKinds = {
     Kind{"gpu_ray", "ranger", write_lidar},
     Kind{"imu", "imu", write_imu},
     Kind{"lidar", "ranger", write_lidar},
+    Kind{"logical_camera", "logical_camera", write_logical_camera},
     Kind{"magnetometer", "magnetometer", write_magnetometer},
     Kind{"multicamera", "camera", write_camera},
     Kind{"navsat", "satellite", write_satellite},
@@ -365,7 +379,24 @@ class Taking {
     Reading reading(sensor, notices_);
     ProgramWriter program(kind->program, name_for(element, link, kind->program == "camera"));
     kind->write(sensor, reading, program);
-    finish(sensor, reading.status(), program, link);
+    absl::Status status = reading.status();
+    if (status.ok() && kind->program == "logical_camera") status = add_view(sensor, link);
+    finish(sensor, status, program, link);
+  }
+
+  // The box around what a logical camera sees, as a trigger.
+  static absl::Status add_view(const Sensor& sensor, Element& link) {
+    constexpr double kAngleMax = 3.1;  // rad, as the program has it
+    Numbers numbers;
+    const auto number = [&](const char* name) {
+      return numbers.read(find(&sensor.element, {"logical_camera", name}), 1);
+    };
+    const double far = number("far");
+    const auto [sin, cos] = portable::sincos(std::clamp(number("horizontal_fov"), 0.0, kAngleMax) / 2);
+    const double width = 2 * far * sin / cos;
+    const Pose middle{{far / 2, 0, 0}, Eigen::Quaterniond::Identity()};
+    return add_trigger(link, "logical_camera", sensor.pose * middle,
+                       {far, width, width / number("aspect_ratio")});
   }
 
   void of_joint(const Element& element, const Element& joint) {

@@ -243,6 +243,25 @@ TEST(SensorsOfFiles, ACameraHasItsLensAndNoImages) {
   EXPECT_THAT(loaded.notices, Contains("1 x <sensor> camera: images not simulated"));
 }
 
+TEST(SensorsOfFiles, ALogicalCameraSeesByATrigger) {
+  const auto camera = [](const std::string& far) {
+    return load_sensor(
+        "<sensor name='s' type='logical_camera'><pose>0.5 0 0 0 0 "
+        "0</pose><logical_camera><near>0.5</near><far>" +
+        far +
+        "</far><horizontal_fov>1.04</horizontal_fov><aspect_ratio>1.5</aspect_ratio></logical_camera></"
+        "sensor>");
+  };
+  const LoadedWorld loaded = camera("5");
+  const ProgramRecord& record = loaded.world.bodies.at(0).programs.at(0);
+  EXPECT_EQ(record.kind, "logical_camera");
+  for (const auto& [name, value] :
+       {std::pair{"x", 0.5}, {"near", 0.5}, {"far", 5.0}, {"angle", 1.04}, {"aspect", 1.5}})
+    EXPECT_EQ(number_of(record, name), value) << name;
+  EXPECT_FALSE(loaded.world.bodies.at(0).properties.trigger) << "only its view is one";
+  EXPECT_THAT(camera("500").repairs, Contains(HasSubstr("be at most 100 m across")));
+}
+
 TEST(SensorsOfFiles, CamerasTakeNoPlaceFromWhatMeasures) {
   std::string sensors;
   for (const char* type : {"camera", "camera", "camera", "imu", "imu", "imu", "imu", "imu"})
