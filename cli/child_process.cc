@@ -104,7 +104,11 @@ absl::StatusOr<ChildProcess> ChildProcess::start(const std::filesystem::path& pr
       posix_spawn(&child.pid_, program_name.c_str(), &setup.files, &setup.attributes, argv.data(), environ);
   if (error != 0) {
     child.pid_ = -1;
-    if (error == ENOENT) return absl::NotFoundError(absl::StrCat("there is no program ", program_name));
+    if (error == ENOENT) {
+      return absl::NotFoundError(absl::StrCat("there is no program ", program_name,
+                                              "; in a clone, deploy/build.sh release ", child.name_,
+                                              " builds it"));
+    }
     return failed(absl::StrCat("cannot start ", program_name), error);
   }
   child.descriptor_ = open_process(child.pid_);

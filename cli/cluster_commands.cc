@@ -72,8 +72,7 @@ absl::Status up(UpOptions options) {
   if (!(*cluster)->page_url().empty()) {
     absl::PrintF("%s: %s\n", coloured("see it in a browser", Colour::kGreen), (*cluster)->page_url());
   } else if (options.without_viewer) {
-    absl::PrintF(
-        "without the web UI: in the source tree, deploy/build.sh release tessera-viewer builds it\n");
+    absl::PrintF("without the web UI: in a clone, deploy/build.sh release tessera-viewer builds it\n");
   }
   if (!world) absl::PrintF("try: tessera load worlds/seam.sdf --connect %s\n", (*cluster)->address());
   std::fflush(stdout);
@@ -190,7 +189,7 @@ void add_load(CLI::App& app, Action& action) {
   });
 }
 
-absl::Status print_tick(const char* what, const absl::StatusOr<Tick>& tick, nlohmann::json& data) {
+absl::Status print_tick(absl::string_view what, const absl::StatusOr<Tick>& tick, nlohmann::json& data) {
   if (!tick.ok()) return tick.status();
   data["tick"] = *tick;
   absl::PrintF("%s tick %d\n", what, *tick);
@@ -231,7 +230,9 @@ void add_drain(CLI::App& app, Action& action) {
       app, "drain", "Move everything off a sector server, so that it can be stopped without loss.",
       "tessera drain 2");
   const auto node = std::make_shared<std::string>();
-  drain.add_option("node", *node, "of the server, as tessera status shows it, or its place there, from 1 on")
+  drain
+      .add_option("node", *node,
+                  "of the server, as tessera status shows it; up to 64: its place there, from 1 on")
       ->required();
   on_cluster(drain, action, [node](Client& client, nlohmann::json& data) -> absl::Status {
     std::uint64_t number = 0;
@@ -248,7 +249,8 @@ void add_drain(CLI::App& app, Action& action) {
       }
       number = status->servers[place - 1].node;
     }
-    return print_tick("hosts nothing since", client.drain(number), data);
+    const std::string drained = absl::StrFormat("server %x is drained: it hosts nothing since", number);
+    return print_tick(drained, client.drain(number), data);
   });
 }
 

@@ -13,6 +13,7 @@
 
 #include "cli/command.h"
 #include "cli/output_file.h"
+#include "cli/text.h"
 #include "tessera/client.h"
 
 namespace tessera::cli {
@@ -51,7 +52,8 @@ inline void on_cluster(
       }
       if (!client.ok()) return client.status();
       nlohmann::json data = nlohmann::json::object();
-      if (absl::Status status = work(**client, data); !status.ok()) return status;
+      if (const absl::Status status = work(**client, data); !status.ok())
+        return absl::Status(status.code(), in_options(status.message()));
       return where->json.empty() ? absl::OkStatus() : write_json(where->json, data);
     };
   });

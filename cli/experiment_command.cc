@@ -25,8 +25,8 @@ absl::Status become_experiments(std::vector<std::string> arguments) {
   words.push_back(nullptr);
   execv(program.c_str(), words.data());
   if (errno != ENOENT) return absl::UnavailableError(absl::StrCat(program, ": ", std::strerror(errno)));
-  return absl::NotFoundError(absl::StrCat("there is no ", program, "; build it with: cmake --build ",
-                                          folder.parent_path().string(), " --target ", kProgram));
+  return absl::NotFoundError(absl::StrCat("there is no program ", program,
+                                          "; in a clone, deploy/build.sh release ", kProgram, " builds it"));
 }
 
 }  // namespace

@@ -22,6 +22,20 @@ std::string to_string(const Eigen::Vector3d& vector) {
   return absl::StrFormat("%.3f, %.3f, %.3f", vector.x(), vector.y(), vector.z());
 }
 
+std::string in_options(absl::string_view message) {
+  constexpr absl::string_view kSet = "set `";
+  std::string text;
+  for (std::size_t begin = 0; (begin = message.find(kSet)) != absl::string_view::npos;) {
+    const absl::string_view rest = message.substr(begin + kSet.size());
+    const std::size_t end = rest.find('`');
+    if (end == absl::string_view::npos) break;
+    absl::StrAppend(&text, message.substr(0, begin), "add --",
+                    absl::StrReplaceAll(rest.substr(0, end), {{"_", "-"}}));
+    message = rest.substr(end + 1);
+  }
+  return absl::StrCat(text, message);
+}
+
 std::string file_notes(const std::vector<std::string>& notices, const std::vector<std::string>& repairs) {
   std::string text;
   for (const std::string& notice : notices) absl::StrAppend(&text, "note: ", notice, "\n");

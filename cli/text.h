@@ -1,6 +1,8 @@
 // Numbers and vectors as people read them.
 #pragma once
 
+#include <absl/strings/string_view.h>
+
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
@@ -18,6 +20,9 @@ std::string title_of(const TickCounter& counter);
 
 // "0.123, 4.560, 7.890" with three decimals.
 std::string to_string(const Eigen::Vector3d& vector);
+
+// A message of the coordinator in terms of the command line: "set `replace`" becomes "add --replace".
+std::string in_options(absl::string_view message);
 
 // What a world file has that is not simulated, and its faults that were mended: a line each.
 std::string file_notes(const std::vector<std::string>& notices, const std::vector<std::string>& repairs);

@@ -126,6 +126,7 @@ absl::StatusOr<Command> checked(const v1::TellProgram& command, const WorldRegis
   const absl::StatusOr<Target> body = target(command.body(), world);
   if (!body.ok()) return body.status();
   const std::vector<std::string>& kinds = body->entry->tags.programs;
+  if (kinds.empty()) return refused(body->title(), ": it has no programs");
   if (command.program() >= kinds.size())
     return refused(body->title(), ": program = ", command.program(), " must be below ", kinds.size(),
                    ", the number of its programs");

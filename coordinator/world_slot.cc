@@ -72,10 +72,12 @@ void WorldSlot::wait_to_load(WorldToLoad world, ActiveWorld::Load reply, Nanosec
 
 std::string WorldSlot::missing_servers(const WaitingLoad& load) const {
   const Precision precision = load.world->settings().precision;
+  const auto drained = std::ranges::count(context_.members.servers(), true, &Server::drained);
   return absl::StrCat("the world '", load.world->name(), "' needs ", context_.choice.servers_min(),
                       " servers of ", context_.choice.described(precision), ", but there are ",
                       context_.choice.fit(precision).size(), " after waiting for ",
-                      std::chrono::duration<double>(context_.options.join_timeout).count(), " s");
+                      std::chrono::duration<double>(context_.options.join_timeout).count(), " s",
+                      drained == 0 ? "" : absl::StrCat(", and ", drained, " that are drained"));
 }
 
 void WorldSlot::try_start(Nanoseconds now) {

@@ -335,6 +335,66 @@ TEST(CommandLineTest, ClusterIsDrivenFromTheCommandLine) {
   EXPECT_THAT(cluster.processes->wait_until_ended(kPatience), IsOk());
 }
 
+TEST(CommandLineTest, WhatAClusterRefusesIsSaidInTermsOfTheCommandLine) {
+  cli::LocalClusterOptions options;
+  options.join_timeout = absl::Seconds(1);
+  const Cluster cluster = start_cluster(1, options);
+  ASSERT_TRUE(cluster.client);
+  const auto tessera = [&](std::vector<std::string> arguments) {
+    arguments.push_back("--connect");
+    arguments.push_back(cluster.processes->address());
+    return run_tessera(arguments);
+  };
+  const std::string world = world_file("tower.sdf").string();
+  EXPECT_EQ(tessera({"load", world}).code, 0);
+  const Outcome again = tessera({"load", world});
+  EXPECT_EQ(again.code, 1);
+  EXPECT_THAT(again.output, HasSubstr("the world 'tower' is loaded; add --replace to replace it"));
+  const Outcome told = tessera({"tell", "tower::box_8", "x=1"});
+  EXPECT_EQ(told.code, 1);
+  EXPECT_THAT(told.output, HasSubstr("body 'tower::box_8': it has no programs"));
+
+  EXPECT_EQ(tessera({"unload"}).code, 0);
+  for (const char* nobody : {"0", "2", "64"}) {
+    const Outcome outcome = tessera({"drain", nobody});
+    EXPECT_EQ(outcome.code, 1) << nobody;
+    EXPECT_THAT(outcome.output, HasSubstr("must be a place from 1 to 1"));
+  }
+  for (const char* nobody : {"65", "a", "1234abcd"}) {
+    const Outcome outcome = tessera({"drain", nobody});
+    EXPECT_EQ(outcome.code, 1) << nobody;
+    EXPECT_THAT(outcome.output, HasSubstr("is not a server of this cluster"));
+  }
+  const std::string node = absl::StrCat(absl::Hex(cluster.client->status().value().servers[0].node));
+  const Outcome drained = tessera({"drain", "1"});
+  EXPECT_EQ(drained.code, 0) << drained.output;
+  EXPECT_THAT(drained.output, HasSubstr(absl::StrCat("server ", node, " is drained")));
+  EXPECT_THAT(tessera({"load", world}).output,
+              HasSubstr("but there are 0 after waiting for 1 s, and 1 that are drained"));
+}
+
+// Beside which stands nothing else: neither engines nor daemons.
+TEST_F(RunTest, WhatIsNotBuiltIsNamedWithItsTarget) {
+  const std::filesystem::path program = folder_ / "tessera";
+  std::filesystem::copy_file(cli::executable_folder() / "tessera", program);
+  const auto run_alone = [&](const std::vector<std::string>& arguments) {
+    Process process(program.string(), arguments);
+    EXPECT_EQ(process.wait(), 1) << arguments.front();
+    return process.output();
+  };
+  const std::string world = world_file("tower.sdf").string();
+  EXPECT_THAT(run_alone({"run", world, "--in-process", "--engine", "f64"}),
+              HasSubstr("no physics engine of precision f64; in a clone, deploy/build.sh release "
+                        "tessera-engine-f64 builds it"));
+  EXPECT_THAT(run_alone({"up", "--listen", "127.0.0.1:0"}),
+              HasSubstr("deploy/build.sh release tessera-coordinator builds it"));
+  for (const char* daemon : {"tessera-coordinator", "tessera-sector-server"})
+    std::filesystem::create_symlink(cli::executable_folder() / daemon, folder_ / daemon);
+  EXPECT_THAT(run_alone({"up", "--listen", "127.0.0.1:0", "--no-page", "--gateway", "127.0.0.1:0"}),
+              HasSubstr("deploy/build.sh release tessera-gateway builds it"));
+  EXPECT_THAT(run_alone({"experiment"}), HasSubstr("deploy/build.sh release tessera-experiments builds it"));
+}
+
 TEST_F(RunTest, AStoreIsCheckedAndRepaired) {
   const std::string store = (folder_ / "store").string();
   EXPECT_THAT(run_tessera({"store", "check", store}).output, HasSubstr("there is no store"));

@@ -23,11 +23,17 @@ const char* module_name(Precision precision) {
   return precision == Precision::kFloat32 ? "libtessera-engine-f32.so" : "libtessera-engine-f64.so";
 }
 
+const char* target_name(Precision precision) {
+  return precision == Precision::kFloat32 ? "tessera-engine-f32" : "tessera-engine-f64";
+}
+
 absl::StatusOr<LoadedModule> load_module(Precision precision) {
   const absl::StatusOr<void*> module =
       load_shared_module(module_name(precision), "tessera_engine_interface", TESSERA_ENGINE_INTERFACE);
   if (!module.ok())
-    return absl::NotFoundError(absl::StrCat("no physics engine: ", module.status().message()));
+    return absl::NotFoundError(absl::StrCat("no physics engine of precision ", name_of(precision),
+                                            "; in a clone, deploy/build.sh release ", target_name(precision),
+                                            " builds it: ", module.status().message()));
   void* const make_engine = dlsym(*module, "tessera_make_engine");
   if (make_engine == nullptr)
     return absl::NotFoundError(absl::StrCat("no physics engine: ", module_name(precision), " has no entry"));
