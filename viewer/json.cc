@@ -69,6 +69,7 @@ json to_json(const Shape& shape) {
     json entry = std::visit([](const auto& geometry) { return kind_of(geometry); }, part.geometry);
     entry["position"] = to_json(part.pose.position);
     entry["orientation"] = quaternion(part.pose.orientation);
+    if (is_trigger(part)) entry["trigger"] = true;
     parts.push_back(std::move(entry));
   }
   return parts;
@@ -93,6 +94,7 @@ json to_json(const FoundBody& body) {
           {"name", body.name},
           {"shape", properties.shape},
           {"motion", name_of(properties.motion)},
+          {"trigger", properties.trigger},
           {"mass", properties.mass},
           {"centre", properties.centre},
           {"friction", properties.friction},

@@ -75,6 +75,20 @@ TEST(JsonTest, SectorIndicesKeepAllTheirBits) {
   EXPECT_EQ(position_from(json::parse(dump(to_json(position)))).value(), position);
 }
 
+TEST(JsonTest, TriggersAreToldAsSuch) {
+  FoundBody found;
+  EXPECT_EQ(to_json(found)["trigger"], false);
+  found.properties.trigger = true;
+  EXPECT_EQ(to_json(found)["trigger"], true);
+  const PartMaterial trigger{.trigger = true};
+  const ShapePart solid{Sphere{1}, {}, {}};
+  const ShapePart clear{Sphere{2}, {}, trigger};
+  EXPECT_EQ(to_json(Shape{{clear}})[0]["trigger"], true);
+  const json parts = to_json(Shape{{solid, clear}});
+  ASSERT_EQ(parts.size(), 1u) << "it would hide the others";
+  EXPECT_FALSE(parts[0].contains("trigger"));
+}
+
 TEST(JsonTest, PositionsThatAreNoneAreRefused) {
   for (const char* text :
        {R"({})", R"({"sector": [1, 2, 3], "local": [0, 0, 0]})",

@@ -115,14 +115,16 @@ class Batch {
   }
 }
 
-export function meshBatch({make, isBox, hasColours}, level) {
+export function meshBatch({make, isBox, hasColours, isTrigger = false}, level) {
   const shape = make(level);
   const geometry = new InstancedBufferGeometry();
   for (const [name, attribute] of Object.entries(shape.attributes)) geometry.setAttribute(name, attribute);
   geometry.setIndex(shape.index);
-  const mesh = new Mesh(geometry, bodyMaterial(isBox, hasColours));
+  const mesh = new Mesh(geometry, bodyMaterial(isBox, hasColours, isTrigger));
   mesh.customDepthMaterial = shadowMaterial();
-  return new Batch(mesh, InstancedBufferAttribute);
+  const batch = new Batch(mesh, InstancedBufferAttribute);
+  if (isTrigger) mesh.castShadow = mesh.receiveShadow = false;
+  return batch;
 }
 
 // Bodies a few pixels across, each drawn as a ball of radius size[0] from a single vertex.

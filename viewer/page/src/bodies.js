@@ -5,7 +5,7 @@ import {Group, Mesh, Quaternion, Raycaster, Vector3} from 'three';
 import {meshBatch, pointBatch} from './batch.js';
 import {uniforms} from './body_material.js';
 import {colourOf} from './colours.js';
-import {drawnAs, kPointLevel, levelFor, meanColourOf, meanRadiusOf, radiusOf} from './geometry.js';
+import {asTrigger, drawnAs, kPointLevel, levelFor, meanColourOf, meanRadiusOf, radiusOf} from './geometry.js';
 import {between, fromJson, moved, toJson} from './position.js';
 
 export const kPointPixels = 5;  // bodies of a smaller radius are drawn as points
@@ -127,7 +127,8 @@ export class Bodies {
       const at = 3 * slot;
       const distance =
           Math.hypot(position1[at] - eye.x, position1[at + 1] - eye.y, position1[at + 2] - eye.z);
-      const level = levelFor(drawn, pixels * radius / Math.max(distance, radius), this.pointPixels);
+      const point = drawn.isTrigger ? 0 : this.pointPixels;
+      const level = levelFor(drawn, pixels * radius / Math.max(distance, radius), point);
       if (level === body.level) continue;
       this.#draw(id, body, level);
       if (body.shape.colour) this.#paint(id, body);  // a point has the mean of its colours
@@ -161,9 +162,11 @@ export class Bodies {
     const info = this.#known.get(id);
     const form = info && this.#shapes.get(info.shape);
     if (!form) return null;
-    const shape = this.#looks.get(info.look) ?? form;
+    const drawn = this.#looks.get(info.look) ?? form;
+    const isTrigger = info.trigger || form.parts.every(({trigger}) => trigger);
+    const shape = isTrigger ? {...drawn, drawn: asTrigger(drawn.drawn)} : drawn;
     const body = {shape, parts: form.parts, info, speed: 0, server: 0, isAsleep: false};
-    this.#draw(id, body, info.motion === 'static' ? 0 : kPointLevel);
+    this.#draw(id, body, info.motion === 'static' || isTrigger ? 0 : kPointLevel);
     this.#shown.set(id, body);
     return body;
   }

@@ -1,5 +1,5 @@
 // Shading of bodies: instanced, each interpolated between two poses from the server and with its own colour.
-// Boxes have thin edge lines; static bodies have a grid aligned with the sectors.
+// Boxes have thin edge lines; static bodies have a grid aligned with the sectors; triggers are translucent.
 import {MeshDepthMaterial, MeshLambertMaterial, RGBADepthPacking} from 'three';
 
 export const uniforms = {
@@ -108,7 +108,10 @@ function adapt(material, isBox, hasColours) {
   return material;
 }
 
-export const bodyMaterial = (isBox, hasColours) => adapt(new MeshLambertMaterial(), isBox, hasColours);
+const kTrigger = {transparent: true, opacity: 0.25, depthWrite: false};
+
+export const bodyMaterial = (isBox, hasColours, isTrigger) =>
+    adapt(new MeshLambertMaterial(isTrigger ? kTrigger : {}), isBox, hasColours);
 
 export function pointMaterial() {
   const material = new MeshLambertMaterial();

@@ -132,6 +132,9 @@ export function drawnAs(name, parts) {
   return {key: name, size: [1, 1, 1], make, levels, isBox: false, hasColours};
 }
 
+// The same for a body that touches nothing: what it holds is seen through it, and it is never a point.
+export const asTrigger = (drawn) => ({...drawn, key: `${drawn.key} trigger`, isTrigger: true});
+
 // The level of detail of a body with a radius of `pixels`; bodies smaller than `point` are points.
 export function levelFor({levels}, pixels, point) {
   if (pixels < point) return kPointLevel;

@@ -27,6 +27,7 @@ async function shoot(name, {body, ticks, yaw, pitch, distance}) {
   const cluster = await upCluster(join(process.env.TESSERA_WORLDS_FOLDER, `${name}.sdf`));
   const page = await openPage(browser, `${cluster.url}?detail=fine`, true);
   try {
+    await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'dark'}]);
     await page.addStyleTag({content: 'body > :not(canvas) { visibility: hidden !important; }'});
     await page.evaluate(() => Object.assign(window.tessera.picture, {shadows: false, ratioMax: 0.1}));
     await tessera(cluster.address, 'step', String(ticks));

@@ -169,6 +169,37 @@ test('bodies keep their poses and colours at every level of detail', () => {
   }
 });
 
+test('triggers are translucent, cast no shadow, and hide nothing at any distance', () => {
+  const part = {kind: 'box', size: [1, 1, 1], position: [0, 0, 0], orientation: [0, 0, 0, 1]};
+  const bodies = new Bodies();
+  const motion = 'kinematic';
+  bodies.introduce({
+    bodies: [{id: 1, shape: 1, motion}, {id: 2, shape: 1, motion, trigger: true}, {id: 3, shape: 2, motion}],
+    shapes: {1: [part], 2: [{...part, trigger: true}]},
+  });
+  const frame = {
+    isKey: true,
+    tick: 1,
+    count: 3,
+    gone: [],
+    ids: [1, 2, 3],
+    positions: [0, 0, 0, 5, 0, 0, 0, 5, 0],
+    orientations: [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1],
+    speeds: [0, 0, 0],
+    servers: [0, 0, 0],
+    asleep: [0, 0, 0],
+  };
+  bodies.apply(frame, {sector: [0n, 0n, 0n], low: [0, 0, 0], sector_size: 128});
+  for (const [z, points] of [[3, 0], [1e5, 1]]) {
+    bodies.prepare({position: {x: 0, y: 0, z}, fov: 50}, 800);
+    assert.deepEqual(drawn(bodies), {meshes: 3 - points, points}, `from ${z} m`);
+    const clear = bodies.group.children.filter(({material}) => material.transparent);
+    assert.deepEqual(clear.map(({geometry}) => geometry.instanceCount).filter((count) => count > 0), [2]);
+    for (const {material, castShadow} of clear)
+      assert.deepEqual([material.opacity < 0.5, material.depthWrite, castShadow], [true, false, false]);
+  }
+});
+
 test('bodies are drawn by their looks, in their own colours or in those of a mode', () => {
   const part = {kind: 'box', size: [1, 1, 1], position: [0, 0, 0], orientation: [0, 0, 0, 1]};
   const bodies = new Bodies();

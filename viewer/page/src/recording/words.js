@@ -22,10 +22,11 @@ const kGeometries = {
 };
 
 // The parts of a tessera.v1.Shape.
-export const partsOf = ({parts}) => parts.map(({geometry: {kind}, pose}) => ({
+export const partsOf = ({parts}) => parts.map(({geometry: {kind}, pose, material}) => ({
                                                 ...kGeometries[kind.case](kind.value),
                                                 position: vectorOf(pose?.position),
                                                 orientation: quaternionOf(pose?.orientation),
+                                                ...(material?.trigger && {trigger: true}),
                                               }));
 
 // A body of a tessera.v1.FoundBodies.
@@ -34,6 +35,7 @@ export const bodyOf = ({id, name, properties}) => ({
   name,
   shape: Number(properties.shape),
   motion: kMotions[properties.motion],
+  trigger: properties.trigger,
   mass: properties.mass,
   centre: vectorOf(properties.centre),
   friction: properties.friction,
