@@ -32,6 +32,12 @@ fi
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 version=$(sed -n 's/^project(tessera VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+for file in client_sdk/python/pyproject.toml viewer/page/package.json; do
+  grep -Eq "^ *\"?version\"?( =|:) \"$version\"" "$file" || {
+    say "$file has another version than CMakeLists.txt, which has $version"
+    exit 1
+  }
+done
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH
 
@@ -48,6 +54,7 @@ strip --strip-unneeded "$compiled"/*.so
   tail -30 "$build/package.log" >&2
   exit 1
 }
+chmod 644 "$folder"/*.whl  # hatchling writes wheels through a private temporary file
 
 tool=
 for known in podman docker; do
