@@ -5,8 +5,11 @@ install(DIRECTORY deploy/systemd/ DESTINATION lib/systemd/system COMPONENT confi
 install(FILES deploy/grafana/tessera.json deploy/keys.conf deploy/prometheus.yml
   DESTINATION ${CMAKE_INSTALL_DATADIR}/tessera COMPONENT configuration EXCLUDE_FROM_ALL)
 install(DIRECTORY ${CMAKE_BINARY_DIR}/man DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT configuration EXCLUDE_FROM_ALL)
-install(FILES deploy/completion/tessera.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
-  RENAME tessera COMPONENT configuration EXCLUDE_FROM_ALL)
+# bash looks for a file of the name of the command.
+foreach(program tessera tessera-coordinator tessera-gateway tessera-ros tessera-sector-server tessera-viewer)
+  install(FILES deploy/completion/tessera.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+    RENAME ${program} COMPONENT configuration EXCLUDE_FROM_ALL)
+endforeach()
 install(FILES docs/counters.md docs/operations.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/tessera
   COMPONENT configuration EXCLUDE_FROM_ALL)
 # As pip installs it, by deploy/package.sh.

@@ -34,11 +34,13 @@ wasm_packages=(libmozjs-102-dev)
 python_packages=(
   pybind11-dev python3-dev python3-grpcio python3-hatchling python3-numpy python3-pip python3-protobuf python3-venv
 )
-package_packages=(dpkg-dev file help2man)
+package_packages=(dpkg-dev file)
 mjcf_packages=(libmujoco-dev)
 reference_packages=(doxygen)
 test_packages=(
   ccache clang-format-14 clang-tidy-16 etcd-server file libgeographiclib-dev libgmock-dev libgtest-dev valgrind
+  # manual pages
+  groff-base
   # what makes and compares programs in WebAssembly
   clang-14 lld-14 wabt
   # the Python package

@@ -8,11 +8,9 @@ build=$top/build/release
 "$top/deploy/build.sh" release tessera tessera-coordinator tessera-experiments tessera-gateway \
   tessera-sector-server tessera-viewer tessera-ros tessera_c tessera-engine-f64 tessera-python
 rm -rf "$build/man" "$build/python_package"
-mkdir -p "$build/man/man1"
-for program in tessera tessera-coordinator tessera-gateway tessera-ros tessera-sector-server tessera-viewer; do
-  help2man --no-info --no-discard-stderr --name "rigid-body simulation in worlds of any size" "$build/bin/$program" |
-    gzip -n9 >"$build/man/man1/$program.1.gz"
-done
+/usr/bin/python3 "$top/deploy/manual_pages.py" "$build/man/man1" \
+  "$build"/bin/tessera{,-coordinator,-gateway,-ros,-sector-server,-viewer}
+gzip -n9 "$build"/man/man1/*
 TESSERA_COMPILED=$build/bin /usr/bin/python3 -m pip install --quiet --no-index --no-build-isolation --no-deps \
   --no-compile --target "$build/python_package" "$top/client_sdk/python" 2>"$build/package.log" || {
   tail -30 "$build/package.log" >&2

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Tests the packages built by deploy/package.sh in a minimal Debian root: installs them, runs a coordinator and two
-# sector servers with the command lines of their units, builds the SDK's example against the installed files (with CMake
-# and with pkg-config) and runs it, removes the packages, and looks for leftovers. Needs root, debootstrap and some
-# minutes.
+# Tests the packages built by deploy/package.sh in a minimal Debian root: installs them, looks at manual pages and
+# completion, runs a coordinator and two sector servers with the command lines of their units, builds the SDK's example
+# against the installed files (with CMake and with pkg-config) and runs it, removes the packages, and looks for leftovers.
+# Needs root, debootstrap and some minutes.
 #
 #   deploy/try_package.sh [MIRROR]
 set -euo pipefail
@@ -36,6 +36,14 @@ say "bare root: $(inside dpkg-query -f '.\n' -W | wc -l) packages"
 cp "$packages"/*.deb "$root/tmp/"
 apt_get install "/tmp/$(basename "$packages"/tessera_*.deb)"
 say "installed: tessera $(inside dpkg-query -f '${Version}, ${Installed-Size} KB' -W tessera)"
+
+completed=$(inside bash -c 'source /usr/share/bash-completion/completions/tessera
+COMP_WORDS=(tessera lo) COMP_CWORD=1
+_tessera tessera lo tessera
+echo "${COMPREPLY[*]}"')
+[ "$completed" = load ] || { say "bash completes tessera lo as: $completed" >&2; exit 1; }
+zcat "$root/usr/share/man/man1/tessera-run.1.gz" | grep -q '^.SH SYNOPSIS$' || { say "no manual page of tessera run" >&2; exit 1; }
+say "manual pages: $(inside find /usr/share/man/man1 -name 'tessera*' | wc -l); bash completes tessera lo: $completed"
 
 # As systemd would, with a user like the one it would create.
 inside useradd --system --no-create-home tessera-dynamic

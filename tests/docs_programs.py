@@ -77,7 +77,7 @@ class Programs:
         """The options of a program or subcommand."""
         said = self.help(words).partition("\nExample")[0]
         names = ",".join(re.findall(r"^  (-\S+)", said, re.MULTILINE)).split(",")
-        return [name.partition("=")[0] for name in names]  # --flag=false: with its default
+        return [re.split("[={]", name)[0] for name in names]  # --flag=false, --flag{false}: with its default
 
     def examples(self, words: Words) -> list[str]:
         """The command lines at the end of the help."""
