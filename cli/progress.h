@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 
 #include "cli/interrupt.h"
@@ -13,10 +12,9 @@ namespace tessera::cli {
 // `work(progress)` with a bar named `what`, until it ends or Ctrl-C is pressed.
 template <typename Work>
 auto with_bar(const std::string& what, const Work& work) {
-  std::unique_ptr<ProgressBar> bar;
+  ProgressBar bar(what, 0);
   return work([&](std::uint64_t done, std::uint64_t total) {
-    if (!bar) bar = std::make_unique<ProgressBar>(what, total);
-    bar->update(done);
+    bar.update(done, total);
     return !interrupted();
   });
 }

@@ -12,6 +12,8 @@ namespace tessera::cli {
 namespace {
 
 constexpr auto kRepaintEvery = std::chrono::milliseconds(200);
+constexpr auto kLogAfter = std::chrono::milliseconds(2000);  // quick work leaves no trace in a log
+constexpr auto kLogEvery = std::chrono::milliseconds(10'000);
 constexpr int kBarCells = 30;
 
 std::string duration(double seconds) {
@@ -65,29 +67,46 @@ std::string table(const std::vector<std::vector<std::string>>& rows, const std::
 
 ProgressBar::ProgressBar(absl::string_view what, std::uint64_t total)
     : what_(what),
-      total_(std::max<std::uint64_t>(total, 1)),
+      total_(total),
       shown_(isatty(STDERR_FILENO) == 1),
-      start_(Clock::now()) {}
+      start_(Clock::now()),
+      next_(start_ + (shown_ ? std::chrono::milliseconds(0) : kLogAfter)) {}
 
 ProgressBar::~ProgressBar() {
-  if (shown_ && drawn_ != Clock::time_point()) std::fputs("\r\033[K", stderr);
+  if (shown_ && drawn_) std::fputs("\r\033[K", stderr);
 }
 
-void ProgressBar::update(std::uint64_t done) {
-  if (!shown_) return;
+void ProgressBar::update(std::uint64_t done) { update(done, total_); }
+
+void ProgressBar::update(std::uint64_t done, std::uint64_t total) {
+  total_ = total;
   const Clock::time_point now = Clock::now();
-  if (now - drawn_ < kRepaintEvery) return;
-  drawn_ = now;
-  const double share = std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
-  const int cells = static_cast<int>(share * kBarCells);
+  if (now < next_) return;
+  next_ = now + (shown_ ? kRepaintEvery : kLogEvery);
+  drawn_ = true;
+  const double share =
+      std::min(1.0, static_cast<double>(done) / static_cast<double>(std::max<std::uint64_t>(total, 1)));
   std::string left = "...";
   if (done > 0) {
     const double elapsed = std::chrono::duration<double>(now - start_).count();
     left = absl::StrCat(duration(elapsed * (1 - share) / share), " left");
   }
+  if (shown_) {
+    draw(share, left);
+  } else {
+    log(done, share, left);
+  }
+  std::fflush(stderr);
+}
+
+void ProgressBar::draw(double share, const std::string& left) const {
+  const int cells = static_cast<int>(share * kBarCells);
   absl::FPrintF(stderr, "\r%s [%s%s] %3.0f%%, %s\033[K", what_, std::string(cells, '#'),
                 std::string(kBarCells - cells, '.'), share * 100, left);
-  std::fflush(stderr);
+}
+
+void ProgressBar::log(std::uint64_t done, double share, const std::string& left) const {
+  absl::FPrintF(stderr, "%s: %d of %d, %.0f%%, %s\n", what_, done, total_, share * 100, left);
 }
 
 }  // namespace tessera::cli

@@ -23,7 +23,8 @@ std::string coloured(absl::string_view text, Colour colour);
 std::string table(const std::vector<std::vector<std::string>>& rows, const std::vector<bool>& right = {},
                   bool header = true);
 
-// One line on standard error that is written anew as work goes on, and only if that is a terminal.
+// How far work has come, on standard error: on a terminal one line that is written anew, and elsewhere, as in
+// a log, a line after two seconds and then every ten.
 class ProgressBar {
  public:
   ProgressBar(absl::string_view what, std::uint64_t total);
@@ -31,19 +32,26 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
+  // Whether it is on a terminal.
   bool shown() const { return shown_; }
 
   // Cheap to call often: draws a few times a second.
   void update(std::uint64_t done);
+  // The same with another total, once it is known.
+  void update(std::uint64_t done, std::uint64_t total);
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  void draw(double share, const std::string& left) const;
+  void log(std::uint64_t done, double share, const std::string& left) const;
 
   std::string what_;
   std::uint64_t total_;
   bool shown_;
   Clock::time_point start_;
-  Clock::time_point drawn_;
+  Clock::time_point next_;  // when it is drawn again
+  bool drawn_ = false;
 };
 
 }  // namespace tessera::cli
