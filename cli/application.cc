@@ -18,8 +18,7 @@ namespace {
 
 void complain(const CLI::App& app, const absl::Status& status) {
   std::fflush(stdout);  // what came before stands before, where both go to one file
-  if (isatty(STDERR_FILENO))
-    absl::FPrintF(stderr, "\r\033[K");  // a progress bar that was ended with its process
+  clear_progress();
   const bool colours = shows_colours(STDERR_FILENO);
   absl::FPrintF(stderr, "%s%s: %s%s\n", colours ? "\033[31m" : "", app.get_name(), status.message(),
                 colours ? "\033[0m" : "");

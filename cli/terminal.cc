@@ -65,6 +65,10 @@ std::string table(const std::vector<std::vector<std::string>>& rows, const std::
   return text;
 }
 
+void clear_progress() {
+  if (isatty(STDERR_FILENO) == 1) std::fputs("\r\033[K", stderr);
+}
+
 ProgressBar::ProgressBar(absl::string_view what, std::uint64_t total)
     : what_(what),
       total_(total),

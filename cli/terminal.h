@@ -23,6 +23,9 @@ std::string coloured(absl::string_view text, Colour colour);
 std::string table(const std::vector<std::vector<std::string>>& rows, const std::vector<bool>& right = {},
                   bool header = true);
 
+// Clears what is left on a terminal of a progress bar that was ended with its process.
+void clear_progress();
+
 // How far work has come, on standard error: on a terminal one line that is written anew, and elsewhere, as in
 // a log, a line after two seconds and then every ten.
 class ProgressBar {

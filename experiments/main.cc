@@ -67,9 +67,12 @@ void print(const Report& report) {
     absl::PrintF("%s %s\n", cli::coloured("misses:", cli::Colour::kRed), miss);
 }
 
-absl::Status write_files(const CommandOptions& options, const Report& report) {
+// `end` is how the measurement ended: JSON says so where that was before its time.
+absl::Status write_files(const CommandOptions& options, const Report& report, const absl::Status& end) {
   if (!options.json.empty()) {
-    if (absl::Status status = cli::write_json(options.json, to_json(report)); !status.ok()) return status;
+    nlohmann::ordered_json json = to_json(report);
+    if (!end.ok()) json["stopped"] = end.message();
+    if (absl::Status status = cli::write_json(options.json, json); !status.ok()) return status;
   }
   if (options.csv.empty()) return absl::OkStatus();
   for (const Table& rows : report.tables) {
@@ -82,22 +85,29 @@ absl::Status write_files(const CommandOptions& options, const Report& report) {
 absl::Status measure(const Experiment& experiment, const CommandOptions& command) {
   cli::catch_interrupts();
   const char* folder = std::getenv("TESSERA_WORLDS");
-  Report report;
+  Measured all;
   for (const Precision precision : precisions(command)) {
+    if (!all.status.ok()) break;
     ExperimentOptions options;
     options.precision = precision;
     options.quick = command.quick;
     options.only = command.only;
     options.worlds = command.worlds.empty() && folder != nullptr ? folder : command.worlds;
-    absl::StatusOr<Report> part = in_own_process([&] {
-      return cli::with_bar(experiment.name,
-                           [&](const Progress& progress) { return experiment.measure(options, progress); });
-    });
-    if (!part.ok()) return part.status();
-    report.append(*std::move(part));
+    const auto work = [&](const Progress& progress) { return experiment.measure(options, progress); };
+    Measured part =
+        in_own_process_keeping([&](const Keep& keep) { return cli::with_bar(experiment.name, work, keep); });
+    all.report.append(std::move(part.report));
+    all.status = std::move(part.status);
   }
-  print(report);
-  return write_files(command, report);
+  const std::size_t rows = all.report.rows();
+  if (rows == 0 && !all.status.ok()) return all.status;
+  if (!all.status.ok())
+    all.status =
+        absl::Status(all.status.code(), absl::StrFormat("%s after %d rows", all.status.message(), rows));
+  if (!all.status.ok()) cli::clear_progress();
+  print(all.report);
+  absl::Status written = write_files(command, all.report, all.status);
+  return written.ok() ? all.status : written;
 }
 
 void add_experiment(CLI::App& app, const Experiment& experiment, cli::Action& action) {

@@ -36,8 +36,8 @@ absl::Status choose(const std::string& only, std::vector<Scene>& scenes) {
 // The reports of all, one after the other. Errors: those of `measure`, CANCELLED.
 template <typename Scenes, typename Measure>
 absl::StatusOr<Report> measure_each(const Scenes& scenes, const Progress& progress, const Measure& measure) {
-  ProgressCount count(progress, std::size(scenes));
   Report report;
+  ProgressCount count(progress, std::size(scenes), report);
   for (const auto& scene : scenes) {
     absl::StatusOr<Report> part = measure(scene);
     if (!part.ok()) return part.status();

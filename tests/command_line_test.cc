@@ -205,6 +205,23 @@ TEST(CommandLineTest, ASignalEndsLongWorkAtOnce) {
   }
 }
 
+TEST_F(RunTest, ExperimentsEndWithASignalAndWithWhatTheyHave) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::filesystem::path file = folder_ / absl::StrCat(signal, ".json");
+    const std::filesystem::path rows = folder_ / absl::StrCat(signal, ".csv");
+    Process truth("tessera", {"experiment", "truth", "--engine", "f32", "--json", file.string(), "--csv",
+                              rows.string()});
+    ASSERT_TRUE(truth.await_output("truth: ")) << truth.output();
+    truth.process().signal(signal);
+    EXPECT_EQ(truth.wait(), kSignalled + signal) << truth.output();
+    EXPECT_THAT(truth.output(), AllOf(HasSubstr("of_the_friction_angle"), HasSubstr("interrupted after ")));
+    const nlohmann::json report = nlohmann::json::parse(std::ifstream(file), nullptr, false);
+    EXPECT_GT(report["rows"].size(), 0u);
+    EXPECT_THAT(report["stopped"].get<std::string>(), HasSubstr("interrupted after "));
+    EXPECT_TRUE(std::filesystem::exists(rows));
+  }
+}
+
 TEST(CommandLineTest, AFolderIsNoFileOfSettings) {
   const std::string folder = world_file("falling.sdf").parent_path().string();
   const Outcome outcome = run_tessera({"run", world_file("falling.sdf").string(), "--settings", folder});

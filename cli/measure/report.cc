@@ -57,6 +57,12 @@ void Report::append(Report other) {
   std::move(other.misses.begin(), other.misses.end(), std::back_inserter(misses));
 }
 
+std::size_t Report::rows() const {
+  std::size_t sum = 0;
+  for (const Table& table : tables) sum += table.rows.size();
+  return sum;
+}
+
 nlohmann::ordered_json to_json(const Report& report) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const Table& table : report.tables) json[table.name] = table.rows;
@@ -103,8 +109,10 @@ std::string to_csv(const std::vector<Row>& rows) {
   return text;
 }
 
+const Report ProgressCount::kNoReport;
+
 absl::Status ProgressCount::advance() {
-  return progress_(++done_, total_) ? absl::OkStatus() : absl::CancelledError("interrupted");
+  return progress_(++done_, total_, report_) ? absl::OkStatus() : absl::CancelledError("interrupted");
 }
 
 }  // namespace tessera

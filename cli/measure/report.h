@@ -29,6 +29,9 @@ struct Report {
 
   // Adds the rows of the tables of the same names.
   void append(Report other);
+
+  // The number of rows of all tables.
+  std::size_t rows() const;
 };
 
 // {"rows": [...], another table's name: [...], ..., "misses": [...]}.
@@ -40,25 +43,30 @@ absl::StatusOr<Report> report_from_json(const nlohmann::ordered_json& json);
 std::vector<std::vector<std::string>> to_cells(const std::vector<Row>& rows, int digits);
 std::string to_csv(const std::vector<Row>& rows);
 
-// Hears how much of the work is done, and may end it: false.
-using Progress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
+// Hears how much of the work is done and what it has found until then, and may end it: false.
+using Progress = std::function<bool(std::uint64_t done, std::uint64_t total, const Report& so_far)>;
 
 // Counts work towards a total that is known beforehand.
 class ProgressCount {
  public:
-  // `progress` must outlive this. More work may become known before the first piece is done.
-  ProgressCount(const Progress& progress, std::uint64_t total) : progress_(progress), total_(total) {}
+  // `progress` must outlive this, and `report`, in which the work collects what it finds, all calls. More
+  // work may become known before the first piece is done.
+  ProgressCount(const Progress& progress, std::uint64_t total, const Report& report = kNoReport)
+      : progress_(progress), total_(total), report_(report) {}
   void expect(std::uint64_t more) { total_ += more; }
 
   // One more piece is done. CANCELLED where the work is to end.
   absl::Status advance();
 
-  // Pieces that were done in another process.
+  // Pieces that were done in another process, which has counted them for itself.
   void skip(std::uint64_t pieces) { done_ += pieces; }
 
  private:
+  static const Report kNoReport;
+
   const Progress& progress_;
   std::uint64_t total_;
+  const Report& report_;
   std::uint64_t done_ = 0;
 };
 

@@ -11,7 +11,7 @@
 namespace tessera {
 namespace {
 
-const Progress kSilent = [](std::uint64_t, std::uint64_t) { return true; };
+const Progress kSilent = [](std::uint64_t, std::uint64_t, const Report&) { return true; };
 
 // Two balls without gravity that graze between two ticks.
 WorldDescription grazing_balls() {
@@ -69,7 +69,7 @@ TEST(TuneTest, SaysSoWhereNothingMeets) {
 
 TEST(TuneTest, EndsWhenAsked) {
   const WorldDescription world = tower_world(WorldSettings(), 2, Eigen::Vector3d::Zero());
-  const Progress stop = [](std::uint64_t, std::uint64_t) { return false; };
+  const Progress stop = [](std::uint64_t, std::uint64_t, const Report&) { return false; };
   EXPECT_EQ(tune(world, {.horizon = 0.1}, stop).status().code(), absl::StatusCode::kCancelled);
 }
 

@@ -71,7 +71,7 @@ absl::Status repeat(absl::Duration time, Figures& figures, const std::function<a
 class ClientFigures {
  public:
   ClientFigures(const ExperimentOptions& options, const Progress& progress)
-      : options_(options), time_(absl::Seconds(options.quick ? 0.3 : 3)), count_(progress, 0) {}
+      : options_(options), time_(absl::Seconds(options.quick ? 0.3 : 3)), count_(progress, 0, report_) {}
 
   absl::StatusOr<Report> measure() {
     auto started = experiments::LocalServers::start(kServersOfClients, options_.precision);

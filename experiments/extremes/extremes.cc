@@ -18,9 +18,8 @@ std::vector<Scene> all_scenes() {
 absl::StatusOr<Report> measure_extremes(const ExperimentOptions& options, const Progress& progress) {
   std::vector<extremes::Scene> scenes = extremes::all_scenes();
   if (absl::Status status = choose(options.only, scenes); !status.ok()) return status;
-  return measure_each(scenes, progress, [&](const extremes::Scene& scene) {
-    return absl::StatusOr<Report>(extremes::measure_apart(scene, options));
-  });
+  return measure_each(scenes, progress,
+                      [&](const extremes::Scene& scene) { return extremes::measure_apart(scene, options); });
 }
 
 }  // namespace tessera

@@ -83,7 +83,7 @@ TEST(ExtremesExperiment, ALostNumberIsAMiss) {
 
 TEST(ExtremesExperiment, ACrashIsAMiss) {
   const auto crash = [](const Moment&, const Moment&) -> double { std::abort(); };
-  const Report report = measure_apart(falling(crash), kQuick);
+  const Report report = measure_apart(falling(crash), kQuick).value();
   EXPECT_TRUE(row_of(report)["figure"].is_null());
   EXPECT_EQ(row_of(report)["within"], false);
   EXPECT_EQ(report.misses.size(), 1u);

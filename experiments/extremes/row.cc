@@ -134,11 +134,11 @@ Report measure(const Scene& scene, const ExperimentOptions& options) {
   return report_of(scene, options, outcome, watch.microseconds() * 1e-6);
 }
 
-Report measure_apart(const Scene& scene, const ExperimentOptions& options) {
+absl::StatusOr<Report> measure_apart(const Scene& scene, const ExperimentOptions& options) {
   const Stopwatch watch;
   absl::StatusOr<Report> report =
       in_own_process([&] { return absl::StatusOr<Report>(measure(scene, options)); }, kSecondsMax);
-  if (report.ok()) return *std::move(report);
+  if (report.ok() || absl::IsCancelled(report.status())) return report;
   const Outcome outcome{absl::StrCat("Crashed, or did not finish in time: ", report.status().message(), "."),
                         kLost, 0};
   return report_of(scene, options, outcome, watch.microseconds() * 1e-6);

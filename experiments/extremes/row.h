@@ -12,6 +12,6 @@ Report measure(const Scene& scene, const ExperimentOptions& options);
 
 // The same in a separate process: a crash becomes a row, and so does exceeding the limit on processor time
 // (60 s). Call before there are other threads.
-Report measure_apart(const Scene& scene, const ExperimentOptions& options);
+absl::StatusOr<Report> measure_apart(const Scene& scene, const ExperimentOptions& options);
 
 }  // namespace tessera::extremes

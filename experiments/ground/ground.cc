@@ -116,7 +116,7 @@ class GroundMeasurement {
       : options_(options),
         ticks_((options.quick ? 10 : 60) * kTicksPerSecond),
         boxes_(options.quick ? 100 : 1000),
-        count_(progress, 4 * ticks_ / kTicksPerSecond) {}
+        count_(progress, 4 * ticks_ / kTicksPerSecond, report_) {}
 
   absl::StatusOr<Report> measure() {
     WorldSettings settings;

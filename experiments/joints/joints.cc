@@ -227,8 +227,7 @@ void add_misses(const Row& row, std::vector<std::string>& misses) {
     miss(absl::StrFormat("gains %.1f %% of the energy that moves", 100 * row["energy_gain"].get<double>()));
 }
 
-absl::StatusOr<Report> measure(const Mechanism& mechanism, const ExperimentOptions& options,
-                               ProgressCount& count) {
+absl::StatusOr<Report> measure(const Mechanism& mechanism, const ExperimentOptions& options) {
   Positions reference;
   if (mechanism.has_reference) {
     absl::StatusOr<Positions> found = reference_of(mechanism, options.quick);
@@ -250,7 +249,6 @@ absl::StatusOr<Report> measure(const Mechanism& mechanism, const ExperimentOptio
       }
       add_misses(row, report.misses);
       report.table("rows").push_back(std::move(row));
-      if (absl::Status status = count.advance(); !status.ok()) return status;
     }
     return report;
   });
@@ -264,18 +262,9 @@ absl::StatusOr<Report> measure_joints(const ExperimentOptions& options, const Pr
   if (options.quick)
     std::erase_if(all, [](const mechanisms::Mechanism& mechanism) { return mechanism.is_large; });
   if (absl::Status status = choose(options.only, all); !status.ok()) return status;
-  std::uint64_t total = 0;
-  for (const mechanisms::Mechanism& mechanism : all)
-    total += mechanisms::variants_of(mechanism, options).size();
-  ProgressCount count(progress, total);
-  Report report;
-  for (const mechanisms::Mechanism& mechanism : all) {
-    absl::StatusOr<Report> part = mechanisms::measure(mechanism, options, count);
-    if (!part.ok()) return part.status();
-    report.append(*std::move(part));
-    count.skip(mechanisms::variants_of(mechanism, options).size());
-  }
-  return report;
+  return measure_each(all, progress, [&](const mechanisms::Mechanism& mechanism) {
+    return mechanisms::measure(mechanism, options);
+  });
 }
 
 }  // namespace tessera

@@ -16,8 +16,8 @@ namespace tessera::mechanisms {
 namespace {
 
 Report measured(const std::string& only) {
-  absl::StatusOr<Report> report =
-      measure_joints({.quick = true, .only = only}, [](std::uint64_t, std::uint64_t) { return true; });
+  absl::StatusOr<Report> report = measure_joints(
+      {.quick = true, .only = only}, [](std::uint64_t, std::uint64_t, const Report&) { return true; });
   EXPECT_TRUE(report.ok()) << report.status();
   return report.ok() ? *std::move(report) : Report();
 }

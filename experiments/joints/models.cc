@@ -174,7 +174,8 @@ Row measured(const std::filesystem::path& folder, const std::string& file, const
 }
 
 // In a process of its own.
-Row row_of(const std::filesystem::path& folder, const std::string& file, const ExperimentOptions& options) {
+absl::StatusOr<Row> row_of(const std::filesystem::path& folder, const std::string& file,
+                           const ExperimentOptions& options) {
   const auto measure = [&]() -> absl::StatusOr<Report> {
     Report one;
     one.table("rows").push_back(measured(folder, file, options));
@@ -182,6 +183,7 @@ Row row_of(const std::filesystem::path& folder, const std::string& file, const E
   };
   absl::StatusOr<Report> report = in_own_process(measure, kProcessorTimeKill);
   if (report.ok()) return report->table("rows").front();
+  if (absl::IsCancelled(report.status())) return report.status();
   Row row = empty_row(file, options.precision);
   row["outcome"] = "crashed";
   row["message"] = std::string(report.status().message());
@@ -256,10 +258,11 @@ absl::StatusOr<Report> measure_models(const ExperimentOptions& options, const Pr
     return absl::InvalidArgumentError(absl::StrCat("no .sdf, .world, .urdf or MJCF file in ", options.worlds,
                                                    " whose path contains \"", options.only, "\""));
   absl::StatusOr<Report> report = measure_each(files, progress, [&](const std::filesystem::path& file) {
+    absl::StatusOr<Row> row = models::row_of(options.worlds, file.string(), options);
+    if (!row.ok()) return absl::StatusOr<Report>(row.status());
     Report one;
-    Row row = models::row_of(options.worlds, file.string(), options);
-    models::add_misses(row, one.misses);
-    one.table("rows").push_back(std::move(row));
+    models::add_misses(*row, one.misses);
+    one.table("rows").push_back(*std::move(row));
     return absl::StatusOr<Report>(std::move(one));
   });
   if (report.ok()) models::add_outcomes(report->table("rows"), report->table("outcomes"));

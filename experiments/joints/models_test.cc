@@ -38,7 +38,7 @@ class ModelsExperiment : public testing::Test {
 
   absl::StatusOr<Report> measured(const std::string& only = "") const {
     return measure_models({.quick = true, .worlds = folder_.string(), .only = only},
-                          [](std::uint64_t, std::uint64_t) { return true; });
+                          [](std::uint64_t, std::uint64_t, const Report&) { return true; });
   }
 
   std::filesystem::path folder_;

@@ -38,7 +38,7 @@ class DistanceMeasurement {
   DistanceMeasurement(const ExperimentOptions& options, const Progress& progress)
       : options_(options),
         sector_sizes_(sector_sizes(options.precision)),
-        progress_(progress, sector_sizes_.size() + 3),
+        progress_(progress, sector_sizes_.size() + 3, report_),
         engine_(name_of(options.precision)) {}
 
   absl::StatusOr<Report> measure() {

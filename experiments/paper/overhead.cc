@@ -147,8 +147,8 @@ absl::Status measure(Precision precision, int bodies, Tick ticks, ProgressCount&
 
 absl::StatusOr<Report> measure_overhead_of(Precision precision, std::span<const int> bodies, Tick ticks,
                                            const Progress& progress) {
-  ProgressCount count(progress, bodies.size() * ticks);
   Report report;
+  ProgressCount count(progress, bodies.size() * ticks, report);
   for (const int n : bodies) {
     if (absl::Status status = measure(precision, n, ticks, count, report); !status.ok()) return status;
   }

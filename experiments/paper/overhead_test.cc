@@ -11,7 +11,7 @@
 namespace tessera {
 namespace {
 
-const Progress kSilent = [](std::uint64_t, std::uint64_t) { return true; };
+const Progress kSilent = [](std::uint64_t, std::uint64_t, const Report&) { return true; };
 constexpr std::array kBodies = {128, 256};
 
 std::string run_of(const Row& row) {
@@ -63,7 +63,7 @@ TEST(OverheadExperiment, TowersStandOnSeams) {
 }
 
 TEST(OverheadExperiment, EndsWhenAsked) {
-  const Progress stop = [](std::uint64_t, std::uint64_t) { return false; };
+  const Progress stop = [](std::uint64_t, std::uint64_t, const Report&) { return false; };
   EXPECT_EQ(measure_overhead_of(Precision::kFloat32, kBodies, 1, stop).status().code(),
             absl::StatusCode::kCancelled);
 }

@@ -32,7 +32,9 @@ constexpr Place kPlaces[] = {
 class StackMeasurement {
  public:
   StackMeasurement(const ExperimentOptions& options, const Progress& progress)
-      : options_(options), progress_(progress, 2 * std::size(kPlaces)), engine_(name_of(options.precision)) {}
+      : options_(options),
+        progress_(progress, 2 * std::size(kPlaces), report_),
+        engine_(name_of(options.precision)) {}
 
   absl::StatusOr<Report> measure() {
     for (const bool sectored : {false, true}) {

@@ -68,7 +68,7 @@ WorldDescription resting(const WorldSettings& settings, int boxes, int balls) {
 class CheckpointPrice {
  public:
   CheckpointPrice(const ExperimentOptions& options, const Progress& progress)
-      : options_(options), rounds_(options.quick ? 1 : 3), count_(progress, 0) {}
+      : options_(options), rounds_(options.quick ? 1 : 3), count_(progress, 0, report_) {}
 
   absl::StatusOr<Report> measure() {
     WorldSettings settings;

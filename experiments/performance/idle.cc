@@ -94,10 +94,11 @@ class GrownWorld {
   GrownWorld(const WorldSettings& settings, bool quick)
       : settings_(settings), boxes_(quick ? 100'000 : 10'000'000), balls_(quick ? 1'000 : 10'000) {}
 
-  absl::StatusOr<Row> measure(const Progress& progress) {
+  // `so_far` is what the experiment has found before.
+  absl::StatusOr<Row> measure(const Progress& progress, const Report& so_far) {
     const std::size_t before = heap_bytes();
     if (absl::Status status = load(); !status.ok()) return status;
-    ProgressCount count(progress, static_cast<std::uint64_t>(boxes_ / kBatch));
+    ProgressCount count(progress, static_cast<std::uint64_t>(boxes_ / kBatch), so_far);
     for (int n = 0; n < boxes_; n += kBatch) {
       if (absl::Status status = spawn(n, std::min(kBatch, boxes_ - n), &GrownWorld::box); !status.ok())
         return status;
@@ -240,7 +241,7 @@ absl::StatusOr<Report> measure_idle(const ExperimentOptions& options, const Prog
     report.table("rows").push_back(std::move(row));
   }
   worlds.clear();
-  absl::StatusOr<Row> grown = GrownWorld(settings, options.quick).measure(progress);
+  absl::StatusOr<Row> grown = GrownWorld(settings, options.quick).measure(progress, report);
   if (!grown.ok()) return grown.status();
   report.table("grown").push_back(*std::move(grown));
   return report;

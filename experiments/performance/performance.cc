@@ -139,8 +139,8 @@ absl::StatusOr<Report> measure_performance(const ExperimentOptions& options, con
     return absl::NotFoundError(absl::StrCat("No scene's name contains \"", options.only, "\"."));
   Tick total = 0;
   for (const Race& race : all) total += race.ticks;
-  ProgressCount count(progress, total);
   Report report;
+  ProgressCount count(progress, total, report);
   for (const Race& race : all) {
     absl::StatusOr<std::vector<Runner>> runners = runners_of(race, options.precision);
     if (!runners.ok()) return runners.status();

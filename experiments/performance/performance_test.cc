@@ -11,7 +11,7 @@ namespace {
 // What is dropped moves, but is not thrown.
 TEST(PerformanceExperiment, EveryWorldIsBesidePlainBulletAndStands) {
   absl::StatusOr<Report> report =
-      measure_performance({.quick = true}, [](std::uint64_t, std::uint64_t) { return true; });
+      measure_performance({.quick = true}, [](std::uint64_t, std::uint64_t, const Report&) { return true; });
   ASSERT_TRUE(report.ok()) << report.status();
   const std::map<std::string, double> drifts_max_m = {
       {"bin_all", 4},   {"bin_all_on_hills", 4}, {"bin_all_on_mesh", 4}, {"bin_boxes_on_mesh", 4},

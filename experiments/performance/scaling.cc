@@ -129,7 +129,7 @@ class Machine {
 class Measurement {
  public:
   Measurement(const ExperimentOptions& options, const Progress& progress)
-      : options_(options), ticks_(options.quick ? 60 : 150), count_(progress, 0) {}
+      : options_(options), ticks_(options.quick ? 60 : 150), count_(progress, 0, report_) {}
 
   absl::StatusOr<Report> measure() {
     std::vector<Scene> all = scenes(options_.quick);

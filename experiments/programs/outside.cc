@@ -115,7 +115,7 @@ WorldDescription without_programs(WorldDescription world) {
 class OutsideFigures {
  public:
   OutsideFigures(const ExperimentOptions& options, const Progress& progress)
-      : precision_(options.precision), time_us_(options.quick ? 3e5 : 5e6), count_(progress, 4) {}
+      : precision_(options.precision), time_us_(options.quick ? 3e5 : 5e6), count_(progress, 4, report_) {}
 
   absl::StatusOr<Report> measure() {
     auto started = experiments::LocalServers::start(kServersBeside, precision_);

@@ -89,8 +89,8 @@ absl::StatusOr<Report> measure_programs(const ExperimentOptions& options, const 
       {"60 cars", cars},
       {"200 lifts", lifts},
   };
-  ProgressCount count(progress, (options.quick ? 60 : 600) * scenes.size());
   Report report;
+  ProgressCount count(progress, (options.quick ? 60 : 600) * scenes.size(), report);
   for (const ProgramScene& scene : scenes) {
     absl::StatusOr<Row> row = row_of(scene, options, count);
     if (!row.ok()) return row.status();

@@ -269,13 +269,13 @@ absl::StatusOr<WorldDescription> load(const WorldFile& file, Precision precision
 
 absl::StatusOr<Report> measure_requirements_of(std::span<const RequirementsSubject> subjects,
                                                const Progress& progress) {
-  ProgressCount count(progress, 0);
+  Report report;
+  ProgressCount count(progress, 0, report);
   std::vector<Comparison> comparisons;
   for (const RequirementsSubject& subject : subjects) {
     comparisons.emplace_back(subject, count);
     count.expect(comparisons.back().work());
   }
-  Report report;
   for (Comparison& comparison : comparisons) {
     absl::StatusOr<Report> part = comparison.measure();
     if (!part.ok()) return part.status();

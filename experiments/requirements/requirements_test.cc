@@ -17,7 +17,7 @@
 namespace tessera {
 namespace {
 
-const Progress kNoProgress = [](std::uint64_t, std::uint64_t) { return true; };
+const Progress kNoProgress = [](std::uint64_t, std::uint64_t, const Report&) { return true; };
 
 std::set<SectorIndex> sectors_of(const WorldDescription& world) {
   std::set<SectorIndex> sectors;
@@ -137,7 +137,7 @@ TEST(RequirementsExperiment, WhatIsAtRestStaysWhereItWas) {
 
 TEST(RequirementsExperiment, EndsWhenAsked) {
   const RequirementsSubject sparse{"sparse", sparse_world(WorldSettings(), 2), 0.1, 0.1};
-  const Progress stop = [](std::uint64_t, std::uint64_t) { return false; };
+  const Progress stop = [](std::uint64_t, std::uint64_t, const Report&) { return false; };
   EXPECT_EQ(measure_requirements_of({&sparse, 1}, stop).status().code(), absl::StatusCode::kCancelled);
 }
 

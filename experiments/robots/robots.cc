@@ -279,8 +279,8 @@ absl::StatusOr<Report> measure_robots(const ExperimentOptions& options, const Pr
     return absl::NotFoundError(absl::StrCat("No robot's name contains \"", options.only, "\"."));
   Tick total = 0;
   for (const robots::Crowd& crowd : all) total += crowd.sizes.ticks;
-  ProgressCount count(progress, total);
   Report report;
+  ProgressCount count(progress, total, report);
   for (const robots::Crowd& crowd : all) {
     absl::StatusOr<Report> part = robots::measure(crowd, options.precision, count);
     if (!part.ok()) return part.status();

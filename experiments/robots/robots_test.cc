@@ -104,7 +104,7 @@ TEST(Robots, AreTheSameInMujocosWords) {
 
 TEST(RobotsExperiment, TellsTimeAndErrorsBesideMujoco) {
   absl::StatusOr<Report> report =
-      measure_robots({.quick = true}, [](std::uint64_t, std::uint64_t) { return true; });
+      measure_robots({.quick = true}, [](std::uint64_t, std::uint64_t, const Report&) { return true; });
   ASSERT_TRUE(report.ok()) << report.status();
   const std::vector<Row>& rows = report->table("rows");
   EXPECT_EQ(rows.size(), has_mujoco() ? 12u : 6u);

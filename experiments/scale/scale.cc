@@ -165,7 +165,7 @@ absl::Status measure_neighbours(const ExperimentOptions& options, const Progress
     if (!is_wanted(options, absl::StrCat("processes ", servers)) || (options.quick && servers > 4)) continue;
     runs.emplace_back([&options, &report, servers] { return measure_processes(options, servers, report); });
   }
-  ProgressCount count(progress, runs.size());
+  ProgressCount count(progress, runs.size(), report);
   for (const auto& run : runs) {
     if (absl::Status status = run(); !status.ok()) return status;
     if (absl::Status status = count.advance(); !status.ok()) return status;
@@ -180,7 +180,7 @@ absl::Status measure_crowd(const ExperimentOptions& options, const WorldDescript
   std::vector<Entrant> wanted = entrants();
   std::erase_if(wanted,
                 [&](const Entrant& one) { return !is_wanted(options, absl::StrCat(scene, " ", one.name)); });
-  ProgressCount count(progress, wanted.size());
+  ProgressCount count(progress, wanted.size(), report);
   std::string first;
   for (const Entrant& one : wanted) {
     const absl::StatusOr<CrowdRun> run =

@@ -11,16 +11,17 @@ namespace {
 
 class Battery {
  public:
-  Battery(const BatteryOptions& options, const RunRemotely& run_remotely, const Progress& progress)
-      : options_(options), run_remotely_(run_remotely), progress_(progress, 0) {}
+  Battery(const BatteryOptions& options, const RunRemotely& run_remotely, const Progress& progress,
+          Results& results)
+      : options_(options), run_remotely_(run_remotely), progress_(progress, 0), results_(results) {}
 
-  absl::StatusOr<Results> run() {
+  absl::Status run() {
     const std::size_t runs = options_.placements.size() * options_.policies.size();
     progress_.expect(options_.scenes.size() * (runs + (compares_hashes() ? 3 : 2)));
     for (const Scene& scene : options_.scenes) {
       if (absl::Status status = run_scene(scene); !status.ok()) return status;
     }
-    return std::move(results_);
+    return absl::OkStatus();
   }
 
  private:
@@ -97,14 +98,14 @@ class Battery {
   const BatteryOptions& options_;
   const RunRemotely& run_remotely_;
   ProgressCount progress_;
-  Results results_;
+  Results& results_;
 };
 
 }  // namespace
 
-absl::StatusOr<Results> run_battery(const BatteryOptions& options, const RunRemotely& run_remotely,
-                                    const Progress& progress) {
-  return Battery(options, run_remotely, progress).run();
+absl::Status run_battery(const BatteryOptions& options, const RunRemotely& run_remotely,
+                         const Progress& progress, Results& results) {
+  return Battery(options, run_remotely, progress, results).run();
 }
 
 }  // namespace tessera::seams

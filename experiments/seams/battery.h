@@ -64,8 +64,9 @@ struct Results {
   std::vector<Equality> equalities;
 };
 
-// Errors: CANCELLED; those of runs; NOT_FOUND, INVALID_ARGUMENT of world files.
-absl::StatusOr<Results> run_battery(const BatteryOptions& options, const RunRemotely& run_remotely,
-                                    const Progress& progress);
+// Adds to `results` as it goes, so that they have what is done where it ends early. Errors: CANCELLED; those
+// of runs; NOT_FOUND, INVALID_ARGUMENT of world files.
+absl::Status run_battery(const BatteryOptions& options, const RunRemotely& run_remotely,
+                         const Progress& progress, Results& results);
 
 }  // namespace tessera::seams

@@ -176,11 +176,13 @@ std::string to_text(const Results& results) {
   return cli::table(lines, {false, false, false, false, true, true, true, true, true, true, false});
 }
 
-absl::Status write_files(const SeamOptions& options, const Results& results, const Costs& costs) {
+// `end` is how the measurement ended: JSON says so where that was before its time.
+absl::Status write_files(const SeamOptions& options, const Results& results, const Costs& costs,
+                         const absl::Status& end) {
   if (!options.json.empty()) {
-    if (absl::Status status = cli::write_json(options.json, to_json(results, costs, options.precision));
-        !status.ok())
-      return status;
+    nlohmann::json json = to_json(results, costs, options.precision);
+    if (!end.ok()) json["stopped"] = end.message();
+    if (absl::Status status = cli::write_json(options.json, json); !status.ok()) return status;
   }
   if (options.csv.empty()) return absl::OkStatus();
   if (absl::Status status = cli::write_text(options.csv, to_csv(results, options.precision)); !status.ok())
@@ -215,24 +217,29 @@ absl::Status measure_seams(const SeamOptions& options) {
   const RunRemotely run_remotely = [&](const WorldDescription& world, Tick ticks, Tick unmeasured) {
     return servers.run(world, ticks, unmeasured);
   };
-  const absl::StatusOr<Results> results = cli::with_bar(
-      "seams", [&](const Progress& progress) { return run_battery(*battery, run_remotely, progress); });
-  if (!results.ok()) return results.status();
-  absl::StatusOr<Costs> costs = Costs{};
-  if (!options.no_costs) {
+  Results results;
+  absl::Status status = cli::with_bar("seams", [&](const Progress& progress) {
+    return run_battery(*battery, run_remotely, progress, results);
+  });
+  Costs costs;
+  if (status.ok() && !options.no_costs) {
     CostOptions cost_options{.precision = options.precision, .worlds = worlds};
     if (options.quick) {
       cost_options.pile = 400;
       cost_options.ticks = 60;
     }
-    costs = cli::with_bar("costs", [&](const Progress& progress) {
-      return measure_costs(cost_options, run_remotely, progress);
+    status = cli::with_bar("costs", [&](const Progress& progress) {
+      return measure_costs(cost_options, run_remotely, progress, costs);
     });
   }
-  if (!costs.ok()) return costs.status();
-  print(*results, *costs, options.precision);
+  const std::size_t rows = results.rows.size();
+  if (rows == 0 && !status.ok()) return status;
+  if (!status.ok())
+    status = absl::Status(status.code(), absl::StrFormat("%s after %d rows", status.message(), rows));
+  print(results, costs, options.precision);
   if (worlds.empty()) absl::PrintF("$TESSERA_WORLDS is not set: skipping diff_drive, r2d2 and 3k_shapes\n");
-  return write_files(options, *results, *costs);
+  absl::Status written = write_files(options, results, costs, status);
+  return written.ok() ? status : written;
 }
 
 }  // namespace

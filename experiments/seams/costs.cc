@@ -32,18 +32,18 @@ absl::StatusOr<WorldDescription> awake_pile(const CostOptions& options, double s
 
 class Measurement {
  public:
-  Measurement(const CostOptions& options, const RunRemotely& run_remotely, const Progress& progress)
-      : options_(options), run_remotely_(run_remotely), progress_(progress, 0) {}
+  Measurement(const CostOptions& options, const RunRemotely& run_remotely, const Progress& progress,
+              Costs& costs)
+      : options_(options), run_remotely_(run_remotely), progress_(progress, 0), costs_(costs) {}
 
-  absl::StatusOr<Costs> measure() {
+  absl::Status measure() {
     const bool with_file = !options_.worlds.empty();
     progress_.expect(options_.ticks * (with_file ? 3 : 2) + 3);
     absl::Status status = race_pile(16);
     if (status.ok()) status = race_pile(8);
     if (status.ok() && with_file) status = race_file(absl::StrCat(options_.worlds, "/gazebo/3k_shapes.sdf"));
     if (status.ok()) status = measure_seams();
-    if (!status.ok()) return status;
-    return std::move(costs_);
+    return status;
   }
 
  private:
@@ -115,14 +115,14 @@ class Measurement {
   const CostOptions& options_;
   const RunRemotely& run_remotely_;
   ProgressCount progress_;
-  Costs costs_;
+  Costs& costs_;
 };
 
 }  // namespace
 
-absl::StatusOr<Costs> measure_costs(const CostOptions& options, const RunRemotely& run_remotely,
-                                    const Progress& progress) {
-  return Measurement(options, run_remotely, progress).measure();
+absl::Status measure_costs(const CostOptions& options, const RunRemotely& run_remotely,
+                           const Progress& progress, Costs& costs) {
+  return Measurement(options, run_remotely, progress, costs).measure();
 }
 
 }  // namespace tessera::seams

@@ -43,8 +43,8 @@ struct CostOptions {
   Tick ticks = 300;
 };
 
-// Errors: CANCELLED; those of runs.
-absl::StatusOr<Costs> measure_costs(const CostOptions& options, const RunRemotely& run_remotely,
-                                    const Progress& progress);
+// Adds to `costs` as it goes. Errors: CANCELLED; those of runs.
+absl::Status measure_costs(const CostOptions& options, const RunRemotely& run_remotely,
+                           const Progress& progress, Costs& costs);
 
 }  // namespace tessera::seams

@@ -139,7 +139,10 @@ void add_grid(std::vector<Setting>& list, bool quick) {
 class Tradeoff {
  public:
   Tradeoff(const ExperimentOptions& options, const Progress& progress)
-      : options_(options), progress_(progress, 0), subjects_(subjects(options)), settings_(single_knobs()) {
+      : options_(options),
+        progress_(progress, 0, report_),
+        subjects_(subjects(options)),
+        settings_(single_knobs()) {
     add_grid(settings_, options.quick);
     progress_.expect(subjects_.size() * (settings_.size() + 2));
   }

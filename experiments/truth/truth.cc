@@ -117,11 +117,11 @@ absl::StatusOr<Report> measured(const Scene& scene, const Variant& variant, bool
   return report;
 }
 
-Report measured_apart(const Scene& scene, const Variant& variant, bool quick) {
+absl::StatusOr<Report> measured_apart(const Scene& scene, const Variant& variant, bool quick) {
   absl::StatusOr<Report> report =
       in_own_process([&] { return measured(scene, variant, quick); }, kSecondsMax);
-  if (report.ok()) return *std::move(report);
-  if (!variant.is_ours && absl::IsUnimplemented(report.status())) return {};  // not its kind of scene
+  if (report.ok() || absl::IsCancelled(report.status())) return report;
+  if (!variant.is_ours && absl::IsUnimplemented(report.status())) return Report();  // not its kind of scene
   Row row = row_of(scene, variant);
   row["message"] = std::string(report.status().message());
   Report failed;
@@ -172,13 +172,15 @@ absl::StatusOr<Report> measure_truth(const ExperimentOptions& options, const Pro
   if (absl::Status status = choose(options.only, scenes); !status.ok()) return status;
   absl::StatusOr<Report> report = measure_each(scenes, progress, [&](const truth::Scene& scene) {
     Report of_scene;
-    for (const truth::Variant& variant : truth::variants_of(scene, options))
-      of_scene.append(truth::measured_apart(scene, variant, options.quick));
+    for (const truth::Variant& variant : truth::variants_of(scene, options)) {
+      absl::StatusOr<Report> one = truth::measured_apart(scene, variant, options.quick);
+      if (!one.ok()) return one;
+      of_scene.append(*std::move(one));
+    }
+    truth::add_misses(of_scene.table("rows"), of_scene.misses);
     return absl::StatusOr<Report>(std::move(of_scene));
   });
-  if (!report.ok()) return report;
-  truth::add_misses(report->table("rows"), report->misses);
-  truth::add_summary(report->table("rows"), report->table("summary"));
+  if (report.ok()) truth::add_summary(report->table("rows"), report->table("summary"));
   return report;
 }
 

@@ -19,8 +19,8 @@ namespace {
 using Eigen::Vector3d;
 
 Report report_of(const std::string& only) {
-  absl::StatusOr<Report> report =
-      measure_truth({.quick = true, .only = only}, [](std::uint64_t, std::uint64_t) { return true; });
+  absl::StatusOr<Report> report = measure_truth(
+      {.quick = true, .only = only}, [](std::uint64_t, std::uint64_t, const Report&) { return true; });
   EXPECT_TRUE(report.ok()) << report.status();
   return report.ok() ? *std::move(report) : Report();
 }
