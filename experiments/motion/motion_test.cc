@@ -11,7 +11,7 @@ namespace {
 
 absl::StatusOr<Report> motion_of(const std::string& only) {
   return measure_motion({.precision = engine_tests::test_precision, .quick = true, .only = only},
-                        [](std::uint64_t, std::uint64_t) { return true; });
+                        [](std::uint64_t, std::uint64_t, const Report&) { return true; });
 }
 
 TEST(MotionExperiment, ShipsThatDockInOrbitStayWithinTheirBounds) {
