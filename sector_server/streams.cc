@@ -154,7 +154,7 @@ void Streams::for_each_list(const Visit& visit) {
 template <typename S, typename Request>
 void Streams::expect(List<S>& list, const Request& request) {
   const auto is_it = [&](const std::shared_ptr<S>& known) {
-    return known->request().subscription() == request.subscription();
+    return known->request().subscription() == request.subscription() && known->is_open();
   };
   if (std::any_of(list.begin(), list.end(), is_it)) return;
   list.push_back(std::make_shared<S>(request));
@@ -181,6 +181,7 @@ void Streams::expect(const v1::Subscription& subscription) {
 
 void Streams::begin_world(const v1::LoadWorld& load) {
   const std::lock_guard lock(mutex_);
+  if (load.has_guest()) close_all();
   const bool goes_on = source_.load() == load.load();
   source_.set_load(load.load());
   source_.set_epoch(load.world());
@@ -209,6 +210,10 @@ void Streams::change_servers(const NewServers& servers) {
 
 void Streams::end_world() {
   const std::lock_guard lock(mutex_);
+  close_all();
+}
+
+void Streams::close_all() {
   for_each_list([](auto& list) {
     std::erase_if(list, [](const auto& subscription) { return subscription->unclaimed_since.has_value(); });
     for (const auto& subscription : list) subscription->close();
@@ -263,7 +268,7 @@ std::optional<v1::Subscriptions> Streams::changed_subscriptions() {
   v1::Subscriptions subscriptions;
   for_each_list([&](const auto& list) {
     for (const auto& known : list) {
-      if (known->request().subscription() == 0) continue;
+      if (known->request().subscription() == 0 || !known->is_open()) continue;
       *request_in(*subscriptions.add_all(), known->request()) = known->request();
     }
   });

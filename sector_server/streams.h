@@ -33,7 +33,8 @@ class Streams final : public v1::Streams::Service {
   // The following are for the thread that owns the partition.
 
   // The world that publish() is about from now on. Streams go on where it is one that was set back, and those
-  // that clients have at other servers begin.
+  // that clients have at other servers begin. A guest hosts nothing of it: streams from when it did so end,
+  // and begin as those of a new server do once it takes part.
   void begin_world(const v1::LoadWorld& load);
 
   // The world has other servers from a tick on; where this one is new among them, streams that clients have
@@ -96,6 +97,7 @@ class Streams final : public v1::Streams::Service {
   template <typename Visit>
   void for_each_list(const Visit& visit);
   void drop_unclaimed();
+  void close_all();
   void keep_limits();
   template <typename S>
   static bool is_wanted(const S& subscription, Tick tick, bool new_only);

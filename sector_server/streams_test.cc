@@ -5,7 +5,9 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <list>
+#include <optional>
 #include <semaphore>
 #include <string>
 
@@ -38,10 +40,12 @@ class StreamsTest : public ::testing::Test {
     server_->Shutdown();
   }
 
-  Call& watch(int ids) {
+  Call& watch(int ids, std::uint64_t subscription = 0) {
     v1::WatchBodiesRequest request;
+    request.set_subscription(subscription);
     for (int n = 0; n < ids; ++n) request.add_ids(static_cast<std::uint64_t>(n) + 1);
     Call& call = calls_.emplace_back();
+    call.context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(1));
     call.reader = stub_->WatchBodies(&call.context, request);
     return call;
   }
@@ -79,6 +83,28 @@ TEST_F(StreamsTest, IdsAreBoundedInEach) {
   const grpc::Status refused = end_of(watch(kWatchedIdsMax + 1));
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_THAT(refused.error_message(), HasSubstr("ids: 100001 must be at most 100000"));
+}
+
+// One that was given up and comes back does not go on with the stream that its client is about to leave: what
+// it tells from its first tick on waits for the client's next call.
+TEST_F(StreamsTest, OfAServerThatComesBackBeginAnew) {
+  Call& before = watch(0, 7);
+  claimed_.acquire();
+  ASSERT_TRUE(streams_.changed_subscriptions().has_value());
+  v1::LoadWorld load;
+  load.mutable_guest();
+  streams_.begin_world(load);
+  NewServers servers{.since = 5, .servers = 2, .subscriptions = {}};
+  servers.subscriptions.emplace_back().mutable_bodies()->set_subscription(7);
+  streams_.change_servers(servers);
+  EXPECT_TRUE(end_of(before).ok());
+  const std::optional<v1::Subscriptions> told = streams_.changed_subscriptions();
+  ASSERT_TRUE(told.has_value());
+  EXPECT_EQ(told->all_size(), 1);
+  claimed_.acquire();  // the stream that ended
+  watch(0, 7);
+  claimed_.acquire();
+  EXPECT_FALSE(streams_.changed_subscriptions().has_value()) << "it takes the one that waits";
 }
 
 }  // namespace

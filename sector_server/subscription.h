@@ -99,6 +99,11 @@ class Subscription {
            kPieceMax + std::chrono::seconds(bytes_on_the_way_ / kBytesPerSecondSlowest);
   }
 
+  // Whether there may be more batches.
+  bool is_open() const {
+    const std::lock_guard lock(mutex_);
+    return !closed_;
+  }
   void close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;
