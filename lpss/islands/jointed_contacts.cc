@@ -218,8 +218,10 @@ void JointedContacts::solve_point(Point& point, bool biased) {
   double impulse = row.impulse;
   double mass = row.mass;
   if (biased && point.gap < kClosedGap) {
-    wanted = std::min(-point.gap * soft.push_rate, point.opens_max);
     mass *= soft.mass_share;
+    // A soft row gives way at this speed under what it bears, and must open as fast to hold it.
+    const double yields = impulse * soft.impulse_share * inverse_or_zero(mass);
+    wanted = std::min(-point.gap * soft.push_rate, std::max(point.opens_max, yields));
     impulse *= 1 - soft.impulse_share;
   }
   push(row, std::max(impulse + (wanted - velocity_of(row)) * mass, 0.0) - row.impulse);
