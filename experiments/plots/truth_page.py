@@ -14,7 +14,6 @@ from pathlib import Path
 
 BEGIN = "<!-- tables: begin -->"
 END = "<!-- tables: end -->"
-GROUPS = ["rest", "slide", "carrier", "impact", "through", "flush", "flight", "orbit", "conserved", "rays", "programs"]
 BORDER = "8"  # m: sectors with a border through the scene
 ENGINES = ["f32", "f32 with a border", "f64", "f64 with a border", "Bullet f32", "Bullet f64", "MuJoCo"]
 
@@ -33,6 +32,10 @@ class Worst:
 
     share: float = -1
     row: dict[str, str] = field(default_factory=dict)
+
+
+def groups_of(rows: list[dict[str, str]]) -> list[str]:
+    return list(dict.fromkeys(row["group"] for row in rows))
 
 
 def number(text: str) -> float:
@@ -57,7 +60,7 @@ def summary(rows: list[dict[str, str]]) -> list[str]:
         entry.right += row["ok"] == "1"
     engines = [engine for engine in ENGINES if any(key[1] == engine for key in sums)]
     lines = [f"| group | {' | '.join(engines)} |", "|---" * (len(engines) + 1) + "|"]
-    for group in GROUPS:
+    for group in groups_of(rows):
         cells = [sums.get((group, engine)) for engine in engines]
         texts = [f"{cell.right} of {cell.quantities}" if cell else "" for cell in cells]
         lines.append(f"| {group} | {' | '.join(texts)} |")
@@ -74,7 +77,7 @@ def worst(rows: list[dict[str, str]]) -> list[str]:
         if share_of(row) > entry.share:
             entry.share, entry.row = share_of(row), row
     lines = ["| group | quantity | allowed | f32 | f64 | plain Bullet, f32 | MuJoCo |", "|---" * 7 + "|"]
-    for group in GROUPS:
+    for group in groups_of(rows):
         for key, engines in found.items():
             if key[0] != group:
                 continue
