@@ -16,18 +16,17 @@
 namespace tessera {
 namespace {
 
-// Those of the world, for a model: the bodies that carry frames are the world's, and the model has none of
-// them.
-WorldSettings without_carriers(WorldSettings settings) {
+// What a model takes from the world that it comes to. The bodies that carry frames are the world's, and the
+// model has none of them; modules come on top.
+WorldSettings settings_outside(WorldSettings settings) {
   for (MovingFrame& frame : settings.frames) frame.carrier.reset();
+  settings.modules.clear();
   return settings;
 }
 
 v1::World world_of(const v1::Model& model, const WorldSettings& settings) {
   v1::World world;
-  WorldSettings without_modules = settings;
-  without_modules.modules.clear();
-  *world.mutable_settings() = to_proto(without_modules);
+  *world.mutable_settings() = to_proto(settings);
   *world.mutable_shapes() = model.shapes();
   *world.mutable_bodies() = model.bodies();
   *world.mutable_joints() = model.joints();
@@ -106,10 +105,10 @@ absl::StatusOr<WorldDescription> placed_model(const v1::Spawn& spawn, const Worl
   if (spawn.model().bodies().empty()) return refused("model: it must have a body");
   absl::StatusOr<ProgramModules> modules = all_modules(settings.modules, spawn.model());
   if (!modules.ok()) return modules.status();
-  const WorldSettings outside = without_carriers(settings);
+  WorldSettings outside = settings_outside(settings);
   absl::StatusOr<WorldDescription> model = from_proto(world_of(spawn.model(), outside));
   if (!model.ok()) return model.status();
-  model->settings = outside;
+  model->settings = std::move(outside);
   model->settings.modules = *std::move(modules);
   give_names(*model, spawn.prefix(), names);
   number_assemblies(*model, first_assembly);

@@ -6,9 +6,8 @@
 
 namespace tessera {
 
-// In units of 2^-40, as the two halves of a number of 128 bits: what is added is cut off below, and held
-// within
-// +-2^64, so that some millions fit. What is no number adds nothing.
+// In units of 2^-40, as the two halves of a number of 128 bits. What is added is cut off below, and held
+// within +-2^64, so that some millions fit. What is no number adds nothing.
 struct ExactSum {
   std::int64_t high = 0;
   std::uint64_t low = 0;

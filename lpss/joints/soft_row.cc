@@ -53,8 +53,8 @@ bool soften(const SoftEffort& effort, double dt, JointRow& row) {
 // Takes held rows out one after the other, each of those after it, too (Gram and Schmidt's method in the
 // metric of the inverse masses): what is left of the row is what moves.
 double mobility_of(const JointRow& row, std::span<const JointRow> held, const JointStep& step) {
-  constexpr double kSquareLeft =
-      1e-12;  // the share of its square that is left of a row which follows from others
+  // The share of its square that is left of a row which follows from others.
+  constexpr double kSquareLeft = 1e-12;
   std::array<RowNumbers, kHeldRowsMax> rows;
   std::array<RowNumbers, kHeldRowsMax> responses;
   invariant(held.size() <= kHeldRowsMax, "a joint holds no more than six numbers");
