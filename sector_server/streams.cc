@@ -76,6 +76,8 @@ int watched_ids_of(const Request& request) {
   return 0;
 }
 
+Told told_by(bool new_only) { return new_only ? Told::kBetweenTicks : Told::kTicks; }
+
 template <typename Request>
 absl::Status check_ids(const Request& request) {
   if (request.ids_size() <= kWatchedIdsMax) return absl::OkStatus();
@@ -187,14 +189,14 @@ void Streams::begin_world(const v1::LoadWorld& load) {
   source_.set_epoch(load.world());
   source_.set_servers(static_cast<std::uint32_t>(load.nodes_size()));
   source_.set_since(0);
-  for (const auto& contacts : contacts_) contacts->served = false;
-  for (const auto& divergences : divergences_) divergences->served = false;
+  for (const auto& contacts : contacts_) contacts->told_of_world = Told::kNothing;
+  for (const auto& divergences : divergences_) divergences->told_of_world = Told::kNothing;
   for (const auto& bodies : bodies_) bodies->told.forget();
   for (const auto& programs : programs_) programs->told_until = 0;
   if (!goes_on) {
-    for (const auto& bodies : bodies_) bodies->served = false;
-    for (const auto& seams : seams_) seams->served = false;
-    for (const auto& programs : programs_) programs->served = false;
+    for (const auto& bodies : bodies_) bodies->told_of_world = Told::kNothing;
+    for (const auto& seams : seams_) seams->told_of_world = Told::kNothing;
+    for (const auto& programs : programs_) programs->told_of_world = Told::kNothing;
   }
   for (const v1::Subscription& subscription : load.subscriptions()) expect(subscription);
   changed_ = true;
@@ -204,6 +206,20 @@ void Streams::change_servers(const NewServers& servers) {
   const std::lock_guard lock(mutex_);
   source_.set_servers(static_cast<std::uint32_t>(servers.servers));
   source_.set_since(servers.since);
+  const auto outdate = [](const auto& subscription) {
+    if (subscription->told_of_world != Told::kBetweenTicks) return false;
+    subscription->told_of_world = Told::kOutdated;
+    return true;
+  };
+  for (const auto& contacts : contacts_) outdate(contacts);
+  for (const auto& seams : seams_) outdate(seams);
+  for (const auto& divergences : divergences_) outdate(divergences);
+  for (const auto& bodies : bodies_) {
+    if (outdate(bodies)) bodies->told.forget();
+  }
+  for (const auto& programs : programs_) {
+    if (outdate(programs)) programs->told_until = 0;
+  }
   for (const v1::Subscription& subscription : servers.subscriptions) expect(subscription);
   changed_ = true;
 }
@@ -280,12 +296,12 @@ template <typename S>
 bool Streams::is_wanted(const S& subscription, Tick tick, bool new_only) {
   const std::uint64_t every =
       std::max<std::uint64_t>(subscription.request().every_ticks(), 1) * subscription.thinning();
-  return new_only ? !subscription.served : tick % every == 0;
+  return new_only ? subscription.is_new() : tick % every == 0;
 }
 
 void Streams::publish_bodies(Tick tick, Partition& partition, bool new_only) {
   if (bodies_.empty()) return body_changes_.forget();
-  const auto is_new = [](const auto& subscription) { return !subscription->served; };
+  const auto is_new = [](const auto& subscription) { return subscription->is_new(); };
   if (new_only && std::none_of(bodies_.begin(), bodies_.end(), is_new)) return;
   const std::chrono::nanoseconds start = thread_time();
   body_changes_.look(partition);
@@ -299,7 +315,7 @@ void Streams::publish_bodies(Tick tick, Partition& partition, bool new_only) {
       if (!new_only) subscription.leave_out();
       continue;
     }
-    subscription.served = true;
+    subscription.told_of_world = told_by(new_only);
     publish_bodies(tick, partition, subscription);
     bodies_.splice(bodies_.end(), bodies_, here);  // others come first the next time
     has_time = thread_time() - start < kPublishMax;
@@ -327,7 +343,7 @@ void Streams::publish_bodies(Tick tick, const Partition& partition, Bodies& subs
 
 void Streams::publish_programs(Tick tick, const Partition& partition, bool new_only) {
   if (programs_.empty()) return program_changes_.forget();
-  const auto is_new = [](const auto& subscription) { return !subscription->served; };
+  const auto is_new = [](const auto& subscription) { return subscription->is_new(); };
   if (new_only && std::none_of(programs_.begin(), programs_.end(), is_new)) return;
   program_changes_.look(partition);
   for (const std::shared_ptr<Programs>& subscription : programs_) {
@@ -336,7 +352,7 @@ void Streams::publish_programs(Tick tick, const Partition& partition, bool new_o
     program_changes_.for_each_since(partition, subscription->told_until, [&](const ProgramsView& of) {
       subscription->watched.add_those_of(of, batch);
     });
-    subscription->served = true;
+    subscription->told_of_world = told_by(new_only);
     const auto now = std::chrono::steady_clock::now();
     const std::size_t bytes = bytes_of(batch);
     if (!subscription->admit_state(bytes, now)) continue;
@@ -353,30 +369,30 @@ void Streams::publish(Tick tick, TickMachine& machine, bool new_only) {
   publish_programs(tick, partition, new_only);
   for (const std::shared_ptr<Seams>& subscription : seams_) {
     if (!is_wanted(*subscription, tick, new_only)) continue;
-    subscription->served = true;
+    subscription->told_of_world = told_by(new_only);
     auto batch = seams_for(subscription->request(), tick, partition);
     const std::size_t bytes = bytes_of(batch);
     subscription->push_state(std::move(batch), bytes, std::chrono::steady_clock::now());
   }
   for (const std::shared_ptr<Contacts>& subscription : contacts_) {
     // The first batch only states the tick from which on the stream is complete.
-    const bool counts = subscription->served && !new_only;
-    if (!counts && subscription->served) continue;
+    const bool counts = subscription->told_of_world != Told::kNothing && !new_only;
+    if (!counts && !subscription->is_new()) continue;
     auto batch = counts ? contacts_for(subscription->request(), tick, machine)
                         : batch_of<v1::ContactBatch>(tick, /*is_first=*/true);
     const std::size_t bytes = bytes_of(batch);
     subscription->push(std::move(batch), bytes);
-    subscription->served = true;
+    subscription->told_of_world = told_by(new_only);
   }
   // Likewise.
   for (const std::shared_ptr<Divergences>& subscription : divergences_) {
-    const bool counts = subscription->served && !new_only;
-    if (!counts && subscription->served) continue;
+    const bool counts = subscription->told_of_world != Told::kNothing && !new_only;
+    if (!counts && !subscription->is_new()) continue;
     auto batch = counts ? divergences_in(tick, machine.divergences())
                         : batch_of<v1::DivergenceBatch>(tick, /*is_first=*/true);
     const std::size_t bytes = bytes_of(batch);
     subscription->push(std::move(batch), bytes);
-    subscription->served = true;
+    subscription->told_of_world = told_by(new_only);
   }
   keep_limits();
   report_contacts(machine.partition(), !contacts_.empty());

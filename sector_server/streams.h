@@ -37,8 +37,9 @@ class Streams final : public v1::Streams::Service {
   // and begin as those of a new server do once it takes part.
   void begin_world(const v1::LoadWorld& load);
 
-  // The world has other servers from a tick on; where this one is new among them, streams that clients have
-  // at the others begin.
+  // The world has other servers from a tick on, or its sectors are on others of them; where this one is new
+  // among them, streams that clients have at the others begin. Streams that were told of the tick before are
+  // told of it again, if that was all: some servers did so before the change, and some do after it.
   void change_servers(const NewServers& servers);
 
   // The world goes on without this server: all streams end once clients have what there is for them.

@@ -1,4 +1,4 @@
-// Streams over real gRPC on loopback, without a world.
+// Streams over real gRPC on loopback.
 #include "sector_server/streams.h"
 
 #include <gmock/gmock.h>
@@ -12,6 +12,7 @@
 #include <string>
 
 #include "proto/stream_limits.h"
+#include "sector_server/test_server.h"
 
 namespace tessera {
 namespace {
@@ -105,6 +106,41 @@ TEST_F(StreamsTest, OfAServerThatComesBackBeginAnew) {
   watch(0, 7);
   claimed_.acquire();
   EXPECT_FALSE(streams_.changed_subscriptions().has_value()) << "it takes the one that waits";
+}
+
+// Others may have told of the tick only after the change: what moved would be told by nobody.
+TEST_F(StreamsTest, WhatWasToldBetweenTicksIsToldAgainOnceSectorsHaveMoved) {
+  TestServer server;
+  server.start();
+  server.welcome();
+  server.load(loads_of(small_tower(), {kFirst})[0]);
+  TickMachine* const machine = server.machine.machine_between_ticks();
+  ASSERT_NE(machine, nullptr);
+  Call& call = watch(0);
+  claimed_.acquire();
+  v1::BodyBatch batch;
+  const auto show = [&] { streams_.publish(0, *machine, /*new_only=*/true); };
+  show();
+  ASSERT_TRUE(call.reader->Read(&batch));
+  EXPECT_EQ(batch.source().since(), 0u);
+  const int bodies = batch.bodies_size();
+  EXPECT_GT(bodies, 0);
+  streams_.change_servers({.since = 1, .servers = 2, .subscriptions = {}});
+  show();
+  show();  // nothing: it is told once
+  ASSERT_TRUE(call.reader->Read(&batch));
+  EXPECT_EQ(batch.tick(), 0u);
+  EXPECT_EQ(batch.source().since(), 1u);
+  EXPECT_TRUE(batch.whole());
+  EXPECT_EQ(batch.bodies_size(), bodies);
+  streams_.publish(1, *machine, /*new_only=*/false);
+  streams_.change_servers({.since = 2, .servers = 2, .subscriptions = {}});
+  show();  // nothing: it has been told of a tick
+  streams_.publish(2, *machine, /*new_only=*/false);
+  for (const Tick tick : {Tick{1}, Tick{2}}) {
+    ASSERT_TRUE(call.reader->Read(&batch));
+    EXPECT_EQ(batch.tick(), tick);
+  }
 }
 
 }  // namespace

@@ -36,6 +36,14 @@ inline constexpr std::size_t kBytesPerSecondSlowest = 64 << 10;
 // A client that takes nothing for so long, while its queue is full, is disconnected.
 inline constexpr std::chrono::seconds kStalledMax{10};
 
+// What a stream has told of its world.
+enum class Told {
+  kNothing,
+  kBetweenTicks,  // how it was between two ticks: what a new stream begins with
+  kOutdated,      // likewise; since then, sectors have changed servers
+  kTicks,
+};
+
 template <typename Request, typename Batch>
 class Subscription {
  public:
@@ -155,7 +163,9 @@ class Subscription {
   }
 
   // Owned by the list that holds it.
-  bool served = false;                  // the initial state has been sent, in this world
+  Told told_of_world = Told::kNothing;
+  // Whether it is shown how the world is between two ticks.
+  bool is_new() const { return told_of_world == Told::kNothing || told_of_world == Told::kOutdated; }
   std::optional<Time> unclaimed_since;  // it waits for the client that has it at other servers
   std::function<void()> cancel;         // ends the call, even while it waits for its client; may be empty
 

@@ -134,7 +134,6 @@ absl::Status WorldRun::begin_tick(const std::string* packed_commands, const Cloc
 // Before the next tick: a round of its own, in which sectors change servers.
 absl::Status WorldRun::change_map(const v1::SectorMap& message, const Clock& clock) {
   const Nanoseconds began = clock();
-  const std::vector<NodeId> before = nodes();
   if (message.nodes_size() > 0) exchange_.change_nodes(nodes_in(message.nodes()));
   absl::StatusOr<SectorMap> map = map_of(*partition_, message, nodes().size());
   if (!map.ok()) return map.status();
@@ -158,12 +157,11 @@ absl::Status WorldRun::change_map(const v1::SectorMap& message, const Clock& clo
   }
   if (exchange_.self() >= nodes().size() - message.newcomers() && !is_guest())
     return absl::InvalidArgumentError("a server of the world was to begin to take part in it");
-  if (nodes() != before || is_guest()) {
-    new_servers_ = {.since = tick_ + 1, .servers = nodes().size(), .subscriptions = {}};
-    if (is_guest())
-      new_servers_->subscriptions = {message.subscriptions().begin(), message.subscriptions().end()};
+  new_servers_ = {.since = tick_ + 1, .servers = nodes().size(), .subscriptions = {}};
+  if (is_guest()) {
+    new_servers_->subscriptions = {message.subscriptions().begin(), message.subscriptions().end()};
+    join();
   }
-  if (is_guest()) join();
   moving_ = message.epoch();
   meter_.begin_move(began);
   go_on(machine_->change_map({*std::move(map), exchange_.self(), message.newcomers()}), began, clock);

@@ -25,7 +25,7 @@
 
 namespace tessera {
 
-// The servers of a world from tick `since` on.
+// The servers of a world from tick `since` on: others than before, or with other sectors.
 struct NewServers {
   Tick since = 0;
   std::size_t servers = 0;

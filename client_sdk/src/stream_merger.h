@@ -118,9 +118,11 @@ class StreamMerger {
     Period& period = periods_[origin.since];
     period.servers = origin.servers;
     Source& from = period.sources[origin.node];
-    std::optional<Tick>& last = last_[origin.node];
-    const bool is_new = part.tick > std::max(last.value_or(0), merged_.value_or(0)) || (!last && !merged_);
-    last = std::max(part.tick, last.value_or(0));
+    std::optional<Told>& last = last_[origin.node];
+    const Told told{part.tick, origin.since};
+    const bool is_later = !last || told.is_after(*last);
+    const bool is_new = is_later && (!merged_ || part.tick > *merged_);
+    if (is_later) last = told;
     if (is_new) {
       from.parts.push_back({std::move(part), is_whole});
     } else {
@@ -197,6 +199,13 @@ class StreamMerger {
     bool all_have_told() const { return sources.size() >= servers; }
   };
   using Periods = std::map<Tick, Period>;
+  // What a server has told last. Between two ticks it may tell of a tick again, in a later period.
+  struct Told {
+    Tick tick = 0;
+    Tick since = 0;
+
+    bool is_after(const Told& other) const { return tick > other.tick || since > other.since; }
+  };
 
   static constexpr std::size_t kReadyMax = 16 * kFramesQueuedMax;
 
@@ -341,7 +350,7 @@ class StreamMerger {
   std::uint64_t epoch_ = 0;
   // Of this epoch: by their first ticks, what servers have told last, and those that have ended.
   Periods periods_;
-  std::map<std::uint64_t, std::optional<Tick>> last_;
+  std::map<std::uint64_t, std::optional<Told>> last_;
   std::map<std::uint64_t, Frame> left_out_;  // by node, of parts that were not merged
   std::set<std::uint64_t> ended_;
   Tick earliest_ = 0;           // of the periods that may still come

@@ -45,6 +45,47 @@ TEST(StreamMergerTest, TickIsCompleteWhenAllHaveToldOfIt) {
   EXPECT_EQ(merger.skipped(), 0u);
 }
 
+// A stream begins while sectors change servers, between two ticks: what one server told before the change
+// does not fit to what another one tells after it, and is told again.
+TEST(StreamMergerTest, WhatWasToldBeforeSectorsMovedDoesNotCount) {
+  StreamMerger<BodyNews> merger;
+  const auto since = [](std::uint64_t node, Tick tick) {
+    PartOrigin origin = server(node, 2);
+    origin.since = tick;
+    return origin;
+  };
+  const auto whole = [](std::uint64_t node, Tick tick, const std::vector<std::uint64_t>& ids) {
+    BodyNews news = part(tick, ids);
+    news.servers = news.whole = {node};
+    return news;
+  };
+  merger.push(since(0, 0), whole(0, 4, {1}));  // 2 is about to come here
+  merger.push(since(1, 5), whole(1, 4, {3}));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
+  merger.push(since(0, 5), whole(0, 4, {1, 2}));
+  const BodyNews frame = merger.next(kNow).value();
+  EXPECT_EQ(frame.tick, 4u);
+  EXPECT_EQ(ids(frame), (std::vector<std::uint64_t>{1, 2, 3}));
+  merger.push(since(0, 5), part(5, {1}));
+  merger.push(since(1, 5), part(5, {3}));
+  EXPECT_EQ(merger.next(kNow)->tick, 5u);
+}
+
+// Whoever was told of the tick before the change gets it once.
+TEST(StreamMergerTest, ATickThatIsToldAgainComesOnce) {
+  StreamMerger<BodyNews> merger;
+  PartOrigin origin = server(0, 1);
+  merger.push(origin, part(4, {1}));
+  EXPECT_EQ(merger.next(kNow)->tick, 4u);
+  origin.since = 5;
+  merger.push(origin, part(4, {1, 2}));
+  EXPECT_TRUE(absl::IsDeadlineExceeded(merger.next(kNow).status()));
+  merger.push(origin, part(5, {1}));
+  const BodyNews frame = merger.next(kNow).value();
+  EXPECT_EQ(frame.tick, 5u);
+  EXPECT_EQ(ids(frame), (std::vector<std::uint64_t>{1, 2}));
+}
+
 TEST(StreamMergerTest, TicksThatNotAllTellOfAreLeftOut) {
   StreamMerger<BodyNews> merger;
   for (const Tick tick : {3, 4, 6}) merger.push(server(0, 2), part(tick, {1}));

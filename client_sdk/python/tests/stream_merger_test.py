@@ -123,6 +123,33 @@ def test_each_tick_is_read_once_where_the_world_is_set_back() -> None:
     assert merger.skipped == 0
 
 
+def test_what_was_told_before_sectors_moved_does_not_count() -> None:
+    merger = StreamMerger[Part](of_changes=True)
+    before, a, b = Server(0, 2), Server(0, 2, since=5), Server(1, 2, since=5)
+    merger.push(before.part(4, [1]))  # 2 is about to come here
+    merger.push(b.part(4, [3]))
+    with pytest.raises(DeadlineExceeded):
+        merger.next(0)
+    merger.push(a.part(4, [1, 2]))
+    tick, parts = merger.next(0)
+    assert (tick, [part.ids for part in parts]) == (4, [[3], [1], [1, 2]]), "of a server, what it tells last counts"
+    for server in (a, b):
+        merger.push(server.part(5))
+    assert merger.next(0)[0] == 5
+
+
+def test_a_tick_that_is_told_again_comes_once() -> None:
+    merger, before, after = StreamMerger[Part](of_changes=True), Server(0, 1), Server(0, 1, since=5)
+    merger.push(before.part(4, [1]))
+    assert merger.next(0)[0] == 4
+    merger.push(after.part(4, [1, 2]))
+    with pytest.raises(DeadlineExceeded):
+        merger.next(0)
+    merger.push(after.part(5, [1]))
+    tick, parts = merger.next(0)
+    assert (tick, [part.ids for part in parts]) == (5, [[1, 2], [1]])
+
+
 def test_a_server_that_joins_is_waited_for() -> None:
     merger, alone, a, b = StreamMerger[Part](), Server(0, 1), Server(0, 2, epoch=2), Server(5, 2, epoch=2)
     for tick in (1, 2):

@@ -72,7 +72,9 @@ class _Period(Generic[Part]):
 class _Epoch(Generic[Part]):
     number: int = 0
     periods: dict[int, _Period[Part]] = field(default_factory=dict)  # by their first ticks
-    last: defaultdict[int, int] = field(default_factory=lambda: defaultdict(lambda: -1))  # told, by node
+    # The tick that a server has told last, and the first tick of its period, by node. Between two ticks it may tell
+    # of a tick again, in a later period.
+    last: defaultdict[int, tuple[int, int]] = field(default_factory=lambda: defaultdict(lambda: (-1, -1)))
     ended: set[int] = field(default_factory=set)  # nodes
     # Parts that were not merged, by node, since that server's last one that was.
     left_out: defaultdict[int, list[Part]] = field(default_factory=lambda: defaultdict(list))
@@ -141,11 +143,14 @@ class StreamMerger(Generic[Part]):
             epoch.ended.discard(part.node)
             period = epoch.periods.setdefault(source.since, _Period(source.servers))
             queue = period.queues[part.node]
-            if part.tick > max(epoch.last[part.node], self._merged):
+            last_tick, last_since = epoch.last[part.node]
+            is_later = part.tick > last_tick or source.since > last_since
+            if is_later:
+                epoch.last[part.node] = (part.tick, source.since)
+            if is_later and part.tick > self._merged:
                 queue.append(part)
             else:
                 self._leave_out(epoch, part)
-            epoch.last[part.node] = max(epoch.last[part.node], part.tick)
             if self._newest is not self._epoch and self._newest.all_have_told():
                 self._begin_newest()
             self._changed.notify_all()
