@@ -66,6 +66,8 @@ std::vector<Maker> makers(Precision precision) {
   coarse.substeps = 1;
   coarse.adapt = false;
   all.push_back({"sectors of 16 m, 1 substep", coarse, {}});
+  coarse.solver_iterations = 2;
+  all.push_back({"sectors of 16 m, 1 substep of 2 passes", coarse, {}});
   settings.sector_size = 512;
   all.push_back({"one sector", settings, {}});
   if (!has_mujoco()) return all;

@@ -107,7 +107,7 @@ TEST(RobotsExperiment, TellsTimeAndErrorsBesideMujoco) {
       measure_robots({.quick = true}, [](std::uint64_t, std::uint64_t, const Report&) { return true; });
   ASSERT_TRUE(report.ok()) << report.status();
   const std::vector<Row>& rows = report->table("rows");
-  EXPECT_EQ(rows.size(), has_mujoco() ? 12u : 6u);
+  EXPECT_EQ(rows.size(), has_mujoco() ? 14u : 8u);
   EXPECT_EQ(report->misses.size(), has_mujoco() ? 0u : 1u);
   for (const Row& row : rows) {
     const bool is_ours = row["hash"].is_string();

@@ -270,5 +270,35 @@ TEST(JointTest, ASolverRemembersNothing) {
   }
 }
 
+// A foot of 1 kg that bears 60 kg over an ankle that gives way: what the ground bears then is found at once,
+// however much that is, and takes no more steps than usual. Not so on a light box, which no joint holds.
+TEST(JointTest, AFootOnTheGroundAsksForNoMoreSteps) {
+  const auto engine = test_engine(test_settings());
+  const auto most_asked = [&](bool on_a_box) {
+    JointScene scene(*engine);
+    scene.add(static_body(1, kFloorShape, {0, 0, -1}));
+    if (on_a_box) scene.add(dynamic_body(2, kBoxShape, {0, 0, 0.5}));
+    const double bottom = on_a_box ? 1 : 0;
+    scene.add(dynamic_body(kBase, kBoxShape, {0, 0, bottom + 0.5}));
+    BodyRecord load = ghost(kLink, {0, 0, bottom + 1.5});
+    load.properties.mass = 60;
+    load.properties.inertia = {10, 10, 10};
+    scene.add(load);
+    const std::size_t ankle =
+        scene.tie(JointType::kRevolute, kBase, kLink, frame_at({0, 0, bottom + 1}, {0, 1, 0}));
+    scene.drive(ankle) = {DriveMode::kServo, 0, 1000, 100};
+    scene.run(0.5);
+    EXPECT_NEAR(scene.state(kLink).position[2], bottom + 1.5, 0.01) << "it stands";
+    std::uint16_t most = 0;
+    for (const ContactPair& pair : scene.world().contacts()) {
+      if (pair.b.value == kBase) most = std::max(most, pair.substeps);
+    }
+    return int{most};
+  };
+  const int usual = test_settings().substeps;
+  EXPECT_LE(most_asked(/*on_a_box=*/false), usual);
+  EXPECT_GT(most_asked(/*on_a_box=*/true), usual);
+}
+
 }  // namespace
 }  // namespace tessera::engine_tests

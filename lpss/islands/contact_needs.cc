@@ -15,6 +15,7 @@ constexpr double kUsualFall = kEarth / (60 * 60);  // m
 constexpr double kTurnInStepMax = 0.125;           // rad, in one step
 constexpr double kSwingMax = 1;                    // rad, of the phase of a swing, in one step
 constexpr double kSinkMax = 0.02;                  // of the smallest extent
+constexpr double kSinkFoundMax = 0.1;              // likewise, where what it bears is found at once
 constexpr std::size_t kBodySubstepsMax = 16384;    // bodies times substeps, beyond kSubstepsMax
 
 }  // namespace
@@ -37,13 +38,11 @@ int ContactNeeds::for_load(double load_ratio) const {
   return substeps;
 }
 
-// Contacts give way by about what a body falls in a step, times the load on them, which must be small beside
-// its smallest extent.
-int ContactNeeds::for_size(double load_ratio, double extent) const {
+// Contacts give way by about what a body falls in a step, times the load on them: at most `sink_max`, m.
+int ContactNeeds::for_size(double load_ratio, double sink_max) const {
   int substeps = std::max(2, usual_ / 2);
   const double sink = fall_ + load_ratio * tick_weight_ * time_step_;
-  while (sink > kSinkMax * extent * substeps * substeps && 2 * substeps <= ContactNeed::kSubstepsMost)
-    substeps *= 2;
+  while (sink > sink_max * substeps * substeps && 2 * substeps <= ContactNeed::kSubstepsMost) substeps *= 2;
   return substeps;
 }
 
@@ -56,7 +55,7 @@ int ContactNeeds::substeps(const ContactNeed& need, const ContactScale& scale) c
   if (need.is_known()) return std::max(load_ratio > 0 ? for_load(load_ratio) : 0, int(need.substeps));
   const double pressed = scale.pressed / (tick_weight_ * time_step_);
   load_ratio = std::max({load_ratio, scale.is_at_rest ? kLoadAtRest : 1.0, pressed});
-  return std::max(for_load(load_ratio), for_size(pressed, scale.extent));
+  return std::max(for_load(load_ratio), for_size(pressed, kSinkMax * scale.extent));
 }
 
 int ContactNeeds::granted(int substeps, std::size_t bodies) const {
@@ -74,7 +73,9 @@ void ContactNeeds::note(ContactNeed& need, double impulse, const ContactScale& s
   if (!was_known && ++need.ticks < ContactNeed::kTicksToKnow) return;
   const double load_ratio = std::max(0.0, sustained * scale.inverse_mass / tick_weight_ - 1);
   const auto wanted = [&](double load) {
-    return static_cast<std::uint16_t>(std::max(for_load(load), for_size(load, scale.extent)));
+    if (scale.is_found_at_once)
+      return static_cast<std::uint16_t>(for_size(load, kSinkFoundMax * scale.extent));
+    return static_cast<std::uint16_t>(std::max(for_load(load), for_size(load, kSinkMax * scale.extent)));
   };
   // A larger load asks for no fewer.
   const std::uint16_t reluctant = wanted(load_ratio * kReluctance);

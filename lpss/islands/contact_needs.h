@@ -41,6 +41,9 @@ struct ContactScale {
   // centre of such a body turns it away before it bears its weight, as if it bore that of other bodies. SDF
   // has moments of 1 kg m^2 for a link without <inertia>, whatever its mass: 1000 kg and 2 m are at 667.
   double nimbleness = 1;
+  // What it bears is found at once, however much that is: joints hold both bodies, or one, and the other
+  // cannot be pushed. Then only how far it gives way asks for substeps.
+  bool is_found_at_once = false;
 };
 
 // What of a world decides how many substeps there are.
@@ -89,7 +92,7 @@ class ContactNeeds {
 
  private:
   int for_load(double load_ratio) const;
-  int for_size(double load_ratio, double extent) const;
+  int for_size(double load_ratio, double sink_max) const;
 
   int for_angle(double angle, double most, int substeps_max) const;
 

@@ -246,7 +246,8 @@ Vector3d JointedContacts::slipping(const Patch& patch, const Vector3d& now, cons
   double k = std::max(pull.norm() / most - patch.mobility.maxCoeff(), 0.0);
   Vector3d impulse = Vector3d::Zero();
   for (int step = 0; step < kSteps; ++step) {
-    const Vector3d inverse = (patch.mobility.array() + k).unaryExpr(&inverse_or_zero);
+    const Vector3d inverse =
+        (patch.mobility.array() + k).unaryExpr([](double value) { return inverse_or_zero(value); });
     impulse = pull.cwiseProduct(inverse);
     const double slope = impulse.cwiseAbs2().dot(inverse);
     const double size = impulse.norm();

@@ -322,6 +322,7 @@ class JointAssembly {
   std::size_t free_count_ = 0;   // likewise
   Eigen::MatrixXd free_matrix_;  // of free rows, by direction: what a unit of impulse of one does to another
   SmallSystem free_system_;
+  std::vector<int> factorised_;        // the free rows that it has
   std::vector<Eigen::Index> touched_;  // bodies
   bool is_response_known_ = false;     // in this tick
   Eigen::MatrixXd touched_held_;       // response_, were only joints to hold

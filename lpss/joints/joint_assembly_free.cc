@@ -36,6 +36,7 @@ double JointAssembly::missing_of(const FreeRow& free, const Motion& motion, cons
 }
 
 void JointAssembly::find_free_matrix() {
+  factorised_.clear();
   if (free_count_ > kFreeAtOnceMax) return;
   const auto count = static_cast<Index>(free_count_);
   free_matrix_.resize(count, count);
@@ -75,7 +76,11 @@ void JointAssembly::solve_free_at_once(std::vector<double>& missing) {
   for (int round = 0; round < kRoundsOfBounds && !chosen.empty(); ++round) {
     changes.clear();
     for (const int n : chosen) changes.push_back(missing[place(n)]);
-    free_system_.factorise(free_matrix_, chosen);
+    // From pass to pass they are mostly the same.
+    if (chosen != factorised_) {
+      free_system_.factorise(free_matrix_, chosen);
+      factorised_ = chosen;
+    }
     free_system_.solve(changes);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < chosen.size(); ++i) {

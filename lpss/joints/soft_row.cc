@@ -22,15 +22,19 @@ using RowNumbers = Eigen::Matrix<double, 12, 1>;
 
 RowNumbers numbers_of(const JointRow& row) {
   RowNumbers numbers;
-  numbers << row.linear, row.angular_child, -row.linear, -row.angular_parent;
+  numbers.segment<3>(0) = row.linear;
+  numbers.segment<3>(3) = row.angular_child;
+  numbers.segment<3>(6) = -row.linear;
+  numbers.segment<3>(9) = -row.angular_parent;
   return numbers;
 }
 
 RowNumbers response_to(const RowNumbers& impulse, const JointStep& step) {
   RowNumbers response;
-  response << step.child.inverse_mass * impulse.segment<3>(0),
-      step.child.inverse_inertia * impulse.segment<3>(3), step.parent.inverse_mass * impulse.segment<3>(6),
-      step.parent.inverse_inertia * impulse.segment<3>(9);
+  response.segment<3>(0) = step.child.inverse_mass * impulse.segment<3>(0);
+  response.segment<3>(3).noalias() = step.child.inverse_inertia.lazyProduct(impulse.segment<3>(3));
+  response.segment<3>(6) = step.parent.inverse_mass * impulse.segment<3>(6);
+  response.segment<3>(9).noalias() = step.parent.inverse_inertia.lazyProduct(impulse.segment<3>(9));
   return response;
 }
 

@@ -192,6 +192,8 @@ void take(std::span<const Numbers::Patch> patches, const ContactNeeds& needs, co
   }
   // A foot bears as easily as the robot that it belongs to.
   if (mobility > 0) scale.inverse_mass = mobility;
+  const auto is_free = [](const Body& body) { return body.is_dynamic() && !body.jointed; };
+  scale.is_found_at_once = mobility > 0 && !is_free(a) && !is_free(b);
   needs.note(contact.need, load.norm(), scale);
 }
 
