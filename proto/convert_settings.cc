@@ -9,6 +9,7 @@
 
 #include "lpss/base/invariant.h"
 #include "lpss/model/checks.h"
+#include "lpss/model/frame_keys.h"
 #include "lpss/programs/module.h"
 #include "proto/convert.h"
 
@@ -79,6 +80,22 @@ absl::StatusOr<Gravity> gravity(const v1::WorldSettings& settings) {
   return refused("gravity must be set, uniform or central");
 }
 
+v1::FrameKey to_proto(const FrameKey& key) {
+  v1::FrameKey result;
+  result.set_time(key.time);
+  *result.mutable_pose() = tessera::to_proto(key.pose);
+  if (key.velocity) *result.mutable_velocity() = tessera::to_proto(*key.velocity);
+  if (key.spin) *result.mutable_spin() = tessera::to_proto(*key.spin);
+  return result;
+}
+
+FrameKey key_from_proto(const v1::FrameKey& key) {
+  FrameKey result{key.time(), from_proto(key.pose()), {}, {}};
+  if (key.has_velocity()) result.velocity = from_proto(key.velocity());
+  if (key.has_spin()) result.spin = from_proto(key.spin());
+  return result;
+}
+
 v1::MovingFrame to_proto(const MovingFrame& frame) {
   v1::MovingFrame result;
   result.set_name(frame.name);
@@ -95,6 +112,8 @@ v1::MovingFrame to_proto(const MovingFrame& frame) {
     added.set_seconds(leg.seconds);
     *added.mutable_acceleration() = tessera::to_proto(leg.acceleration);
   }
+  for (const FrameKey& key : frame.keys) *result.add_keys() = to_proto(key);
+  result.set_loops(frame.loops);
   if (frame.carrier) {
     result.mutable_carrier()->set_body(frame.carrier->body.value);
     *result.mutable_carrier()->mutable_pose() = tessera::to_proto(frame.carrier->pose);
@@ -113,6 +132,9 @@ MovingFrame frame_from_proto(const v1::MovingFrame& frame) {
     result.region = FrameRegion{from_proto(frame.region_centre()), from_proto(frame.region_size())};
   for (const v1::FrameLeg& leg : frame.legs())
     result.legs.push_back({leg.seconds(), from_proto(leg.acceleration())});
+  for (const v1::FrameKey& key : frame.keys()) result.keys.push_back(key_from_proto(key));
+  result.loops = frame.loops();
+  if (result.keys.size() <= kFrameKeysMax) smooth_keys(result.keys, result.loops);
   if (frame.has_carrier())
     result.carrier = FrameCarrier{BodyId{frame.carrier().body()}, from_proto(frame.carrier().pose())};
   return result;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lpss/model/validate.h"
 #include "lpss/programs/registry.h"
 #include "proto/convert_counts.h"
 
@@ -251,6 +252,31 @@ TEST(Convert, FramesThatMoveSurvive) {
   EXPECT_EQ(second.carrier->body, train.carrier->body);
   EXPECT_EQ(second.carrier->pose.position, train.carrier->pose.position);
   EXPECT_EQ(second.carrier->pose.orientation.coeffs(), train.carrier->pose.orientation.coeffs());
+}
+
+TEST(Convert, KeysOfFramesSurviveAndGetTheVelocitiesThatTheyLack) {
+  WorldSettings settings;
+  settings.frames.resize(1);
+  settings.frames[0].name = "tram";
+  settings.frames[0].loops = true;
+  const Eigen::Quaterniond turned(0.5, 0.5, -0.5, 0.5);
+  settings.frames[0].keys = {{0, {}, Eigen::Vector3d(kThird, 0, 0), {}},
+                             {kThird, {{1, kThird, 3}, turned}, {}, Eigen::Vector3d(0, kThird, 0)},
+                             {2, {}, {}, {}}};
+  const absl::StatusOr<WorldSettings> back = from_proto(to_proto(settings));
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_TRUE(validate(*back).ok()) << validate(*back);
+  const MovingFrame& frame = back->frames.at(0);
+  EXPECT_TRUE(frame.loops);
+  ASSERT_EQ(frame.keys.size(), 3u);
+  EXPECT_EQ(frame.keys[1].time, kThird);
+  EXPECT_EQ(frame.keys[1].pose.position, Eigen::Vector3d(1, kThird, 3));
+  EXPECT_EQ(frame.keys[1].pose.orientation.coeffs(), turned.coeffs());
+  EXPECT_EQ(frame.keys[1].spin, Eigen::Vector3d(0, kThird, 0));
+  EXPECT_EQ(frame.keys[2].velocity, Eigen::Vector3d(kThird, 0, 0)) << "that of the first";
+  EXPECT_TRUE(frame.keys[1].velocity.has_value());
+  // What has all velocities stays as it is.
+  EXPECT_EQ(to_proto(*from_proto(to_proto(*back))).SerializeAsString(), to_proto(*back).SerializeAsString());
 }
 
 TEST(Convert, EverySettingIsAFieldAndSurvives) {

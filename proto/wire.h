@@ -21,7 +21,7 @@
 namespace tessera {
 
 // Of what daemons say to each other, and of what they compute: another number where either changes.
-inline constexpr std::uint32_t kClusterProtocol = 18;
+inline constexpr std::uint32_t kClusterProtocol = 19;
 
 // Of joints, commands, sectors and what all share, in snapshots and stores.
 inline constexpr std::uint32_t kStoredVersion = 8;

@@ -10,7 +10,8 @@ constexpr std::uint64_t kWholeRun = 180;
 constexpr const char* kWorlds[] = {"busy.sdf",     "seam.sdf",    "tower.sdf", "falling.sdf",  "machines.sdf",
                                    "globe.sdf",    "station.sdf", "flee.sdf",  "fountain.sdf", "workshop.sdf",
                                    "airfield.sdf", "road.sdf",    "rover.sdf", "house.sdf",    "harbour.sdf",
-                                   "train.sdf",    "habitat.sdf", "orbit.sdf", "ferry.sdf",    "voyage.sdf"};
+                                   "train.sdf",    "habitat.sdf", "orbit.sdf", "ferry.sdf",    "voyage.sdf",
+                                   "tram.sdf"};
 
 class PlacementInvariance : public ::testing::TestWithParam<int> {};
 

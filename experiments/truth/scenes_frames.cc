@@ -7,6 +7,7 @@
 
 #include "experiments/truth/scene_parts.h"
 #include "lpss/base/rotation.h"
+#include "lpss/model/frame_keys.h"
 
 namespace tessera::truth {
 namespace {
@@ -131,6 +132,86 @@ Scene brakes(const std::string& name, double braking) {
     const double way = speed * kSeconds / 2 + speed * speed / (2 * held);
     return {
         {"way", "m", way, course.last("box").place.x() - course.first("box").place.x(), 0.01 * way + 1e-3}};
+  };
+  return scene;
+}
+
+// --- along keys ---
+
+// From rest to rest in so many seconds: how far it is, of 1, and its derivatives.
+struct Eased {
+  double share;
+  double rate;
+  double second;
+  Eased(double time, double seconds) {
+    const double s = time / seconds;
+    share = s * s * (3 - 2 * s);
+    rate = 6 * s * (1 - s) / seconds;
+    second = (6 - 12 * s) / (seconds * seconds);
+  }
+};
+
+// Two keys make a path, from the first of which on bodies are aboard.
+WorldDescription between_keys(const WorldDescription& world, double seconds, const Vector3d& way,
+                              const Vector3d& turn) {
+  MovingFrame frame;
+  frame.name = "frame";
+  frame.keys = {{0, {}, {}, {}}, {seconds, {way, rotation_by(turn)}, {}, {}}};
+  smooth_keys(frame.keys, frame.loops);
+  return aboard(frame, world);
+}
+
+// A ship that turns while it speeds up and slows down: seen from outside, a ball aboard flies on a parabola.
+Scene thrown_along_keys() {
+  constexpr double kSeconds = 4;
+  static const Vector3d kWay(30, -10, 20);
+  static constexpr double kTurn = 2;  // rad, about y
+  static const Vector3d kVelocity(4, -1, 7);
+  Scene scene = frame_scene("thrown_along_keys", 3);
+  const Vector3d start(kPlace, 1, -20);
+  scene.world = [=](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
+    add_body(builder, "ball", Sphere{0.2}, 1, start, 0.5).linear_velocity = kVelocity;
+    return between_keys(builder.world(), kSeconds, kWay, {0, kTurn, 0});
+  };
+  scene.results = [=](const Course& course) -> Results {
+    const double time = static_cast<double>(course.ticks()) * course.dt();
+    const Eased ease(time, kSeconds);
+    const auto back = rotation_by(Vector3d(0, -kTurn * ease.share, 0));
+    const Vector3d outside = start + kVelocity * time - Vector3d(0, 0, kGravity * time * time / 2);
+    const Vector3d right = back * Vector3d(outside - kWay * ease.share);
+    const Vector3d speed = back * Vector3d(kVelocity - Vector3d(0, 0, kGravity * time) - kWay * ease.rate) -
+                           Vector3d(0, kTurn * ease.rate, 0).cross(right);
+    const Glance& end = course.last("ball");
+    return {{"off its place", "m", 0, (end.place - right).norm(), 2e-3},
+            {"off its velocity", "m/s", 0, (end.velocity - speed).norm(), 2e-3}};
+  };
+  return scene;
+}
+
+// Under acceleration that falls evenly from `a` to `-a`, a box slides back until friction has stopped it,
+// stays until friction holds it no more, and slides forward until some time after the stop.
+Scene slides_along_keys() {
+  constexpr double kFriction = 0.25;
+  constexpr double kSeconds = 4;
+  constexpr double kWay = 16;  // m
+  Scene scene = frame_scene("slides_along_keys", 6);
+  scene.world = [=](const WorldSettings& settings) {
+    WorldBuilder builder = on_plane(with_gravity(settings, {0, 0, -kGravity}), kFriction);
+    add_body(builder, "box", Box{{0.8, 0.6, 0.2}}, 10, {kPlace, 0, 0.1}, kFriction);
+    return between_keys(builder.world(), kSeconds, {kWay, 0, 0}, Vector3d::Zero());
+  };
+  scene.results = [=](const Course& course) -> Results {
+    const double most = Eased(0, kSeconds).second * kWay;
+    const double held = kFriction * kGravity;
+    const double stops = kSeconds * (1 - held / most);
+    const double back = stops * stops * ((most - held) / 2 - most * stops / (3 * kSeconds));
+    const double slides = kSeconds - kSeconds / 2 * (1 + held / most);
+    const double speed = most / kSeconds * slides * slides;
+    const double forward = speed * slides / 3 + speed * speed / (2 * held);
+    const double from = course.first("box").place.x();
+    return {{"way back", "m", back, from - course.at("box", stops + 0.1).place.x(), 0.01 * back},
+            {"way", "m", forward - back, course.last("box").place.x() - from, 0.01 * back}};
   };
   return scene;
 }
@@ -301,6 +382,8 @@ std::vector<Scene> frame_scenes() {
           foucault(),
           brakes("brakes_that_friction_holds", 2),
           brakes("brakes_that_slide", 4),
+          thrown_along_keys(),
+          slides_along_keys(),
           thrust_with_cargo("thrust_with_cargo", 200),
           thrust_with_cargo("thrust_with_heavy_cargo", 5000),
           crew_to_the_bow(),

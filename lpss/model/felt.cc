@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "lpss/base/rotation.h"
+#include "lpss/model/frame_keys.h"
 #include "lpss/model/gravity.h"
 
 namespace tessera {
@@ -44,15 +45,18 @@ Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time)
   } else {
     from_centre_ += motion_.way;
   }
+  felt_back_ = back;
+  felt_spin_ = spin_;
+  turn_ = rotation_by(spin_after_ * -settings_->time_step);
+  const bool has_keys = follows_keys(*settings_, moving);
+  if (has_keys || (moving.parent() != kWorldFrame && turns_)) look_ahead(moving, outer, time, has_keys);
   prepare();
-  if (moving.parent() == kWorldFrame || !turns_) return;
-  // It turns about an axis that turns.
-  spin_growth_ = back * motion_.angular_acceleration;
-  const FrameMotion next = motion_in_world(*settings_, moving, time + settings_->time_step);
-  turn_ = next.orientation.conjugate() * motion_.orientation;
-  spin_after_ = next.orientation.conjugate() * next.spin;
-  // Where the outermost frame falls, that is left out of both.
+}
+
+void Felt::look_ahead(const MovingFrame& moving, const MovingFrame& outer, double time, bool has_keys) {
   const double dt = settings_->time_step;
+  const FrameMotion next = motion_in_world(*settings_, moving, time + dt);
+  // Where the outermost frame falls, that is left out of both.
   FrameMotion fallen;
   FrameMotion fallen_next;
   if (falls_) {
@@ -60,10 +64,23 @@ Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time)
     fallen_next = motion_at(*settings_, outer, time + dt);
   }
   const Vector3d velocity = motion_.velocity - fallen.velocity;
+  const Vector3d next_velocity = next.velocity - fallen_next.velocity;
+  const Eigen::Quaterniond back = felt_back_;
+  FrameMotion grows = motion_;
+  if (has_keys) {
+    turns_ = true;
+    grows = motion_in_world(*settings_, moving, time + dt / 2);
+    felt_back_ = grows.orientation.conjugate();
+    felt_spin_ = felt_back_ * grows.spin;
+    motion_.acceleration = (next_velocity - velocity) / dt;
+  }
+  // It turns about an axis that turns.
+  spin_growth_ = felt_back_ * grows.angular_acceleration;
+  turn_ = next.orientation.conjugate() * motion_.orientation;
+  spin_after_ = next.orientation.conjugate() * next.spin;
   const Vector3d way = next.way - fallen_next.way - (motion_.way - fallen.way);
   way_beyond_ = back * Vector3d(way - velocity * dt - motion_.acceleration * (dt * dt / 2));
-  change_beyond_ =
-      back * Vector3d(next.velocity - fallen_next.velocity - velocity - motion_.acceleration * dt);
+  change_beyond_ = back * Vector3d(next_velocity - velocity - motion_.acceleration * dt);
 }
 
 Felt::Felt(const WorldSettings& settings, const CarriedFrame& carried)
@@ -86,14 +103,16 @@ Felt::Felt(const WorldSettings& settings, const CarriedFrame& carried)
     from_centre_ = metres_from(*planet, place.origin, settings_->sector_size);
     motion_.acceleration -= mean_pull(*planet, from_centre_, place.velocity, settings_->time_step);
   }
+  felt_back_ = back;
+  felt_spin_ = spin_;
+  turn_ = rotation_by(spin_after_ * -settings_->time_step);
   prepare();
 }
 
 void Felt::prepare() {
-  turn_ = rotation_by(spin_after_ * -settings_->time_step);
-  coriolis_turn_ = rotation_by(spin_ * (-2 * settings_->time_step));
+  coriolis_turn_ = rotation_by(felt_spin_ * (-2 * settings_->time_step));
   for (const bool has_gravity : {true, false})
-    at_origin_[has_gravity ? 0 : 1] = falls_at(Vector3d::Zero(), has_gravity);
+    at_origin_[has_gravity ? 0 : 1] = falls_at(Vector3d::Zero(), has_gravity, felt_back_);
   const Vector3d& felt = at_origin_[0];
   for (int n = 0; n < 3; ++n)
     steps_[static_cast<std::size_t>(n)] = static_cast<std::int64_t>(std::floor(felt[n] / kFeltStep + 0.5));
@@ -103,16 +122,16 @@ Vector3d Felt::place_of(const SectorIndex& home, const Vector3d& position) const
   return metres_between({0, 0, 0, frame_}, home, settings_->sector_size) + position;
 }
 
-Vector3d Felt::falls_at(const Vector3d& place, bool has_gravity) const {
+Vector3d Felt::falls_at(const Vector3d& place, bool has_gravity, const Eigen::Quaterniond& back) const {
   if (falls_ && has_gravity) {
     const Vector3d differs =
         difference_from(settings_->gravity, from_centre_, from_outer_ + motion_.orientation * place);
-    return motion_.orientation.conjugate() * Vector3d(differs - motion_.acceleration);
+    return back * Vector3d(differs - motion_.acceleration);
   }
   Vector3d pull = falls_ ? Vector3d(-acceleration_from(settings_->gravity, from_centre_)) : Vector3d::Zero();
   if (has_gravity)
     pull = acceleration_from(settings_->gravity, Vector3d(from_centre_ + motion_.orientation * place));
-  return motion_.orientation.conjugate() * Vector3d(pull - motion_.acceleration);
+  return back * Vector3d(pull - motion_.acceleration);
 }
 
 Vector3d Felt::at(const SectorIndex& home, const Vector3d& position, bool has_gravity) const {
@@ -121,12 +140,14 @@ Vector3d Felt::at(const SectorIndex& home, const Vector3d& position, bool has_gr
     return acceleration_at(settings_->gravity, home, position, settings_->sector_size);
   }
   const Vector3d place = place_of(home, position);
-  const Vector3d felt = falls_at(place, has_gravity);
-  return turns_ ? Vector3d(felt - spin_.cross(spin_.cross(place)) - spin_growth_.cross(place)) : felt;
+  const Vector3d felt = falls_at(place, has_gravity, felt_back_);
+  return turns_ ? Vector3d(felt - felt_spin_.cross(felt_spin_.cross(place)) - spin_growth_.cross(place))
+                : felt;
 }
 
 bool Felt::is_as(const Felt& before) const {
-  if (at_origin_ != before.at_origin_ || spin_ != before.spin_ || spin_growth_ != before.spin_growth_)
+  if (at_origin_ != before.at_origin_ || felt_spin_ != before.felt_spin_ ||
+      spin_growth_ != before.spin_growth_)
     return false;
   if (std::holds_alternative<UniformGravity>(settings_->gravity)) return true;
   return from_centre_ == before.from_centre_ &&
@@ -142,7 +163,7 @@ Felt::Flight Felt::flight(const SectorIndex& home, const Vector3d& position, con
   const double dt = settings_->time_step;
   const Vector3d place = place_of(home, position);
   const Vector3d outside = velocity + spin_.cross(place);
-  const Vector3d falls = falls_at(place, has_gravity);
+  const Vector3d falls = falls_at(place, has_gravity, motion_.orientation.conjugate());
   const Vector3d next = turn_ * Vector3d(place + outside * dt + falls * (dt * dt / 2) - way_beyond_);
   const Vector3d next_velocity =
       turn_ * Vector3d(outside + falls * dt - change_beyond_) - spin_after_.cross(next);
@@ -151,8 +172,8 @@ Felt::Flight Felt::flight(const SectorIndex& home, const Vector3d& position, con
 
 Vector3d Felt::torque(const Matrix3d& inertia, const Vector3d& rate) const {
   const double dt = settings_->time_step;
-  const Matrix3d turning = gyroscopic(inertia, spin_) * (dt / 2);
-  const Vector3d still = -spin_.cross(Vector3d(inertia * spin_)) - inertia * spin_growth_;
+  const Matrix3d turning = gyroscopic(inertia, felt_spin_) * (dt / 2);
+  const Vector3d still = -felt_spin_.cross(Vector3d(inertia * felt_spin_)) - inertia * spin_growth_;
   const Vector3d after = (inertia + turning).inverse() * ((inertia - turning) * rate + still * dt);
   return inertia * (after - rate) / dt;
 }

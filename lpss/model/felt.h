@@ -23,8 +23,9 @@ class Felt {
   Felt(const WorldSettings& settings, const CarriedFrame& carried);
 
   // m/s^2, of a body at rest in the frame at `position` (m, relative to the centre of `home`, a sector of the
-  // frame): gravity, less the acceleration of that place. Exactly gravity in the world frame, and in one that
-  // neither turns nor accelerates. Without gravity for a body that has none.
+  // frame): gravity, less the acceleration of that place. On a path through keys, which changes within a
+  // tick, less the mean of that, as seen along the axes in the middle of the tick. Exactly gravity in the
+  // world frame, and in one that neither turns nor accelerates. Without gravity for a body that has none.
   Eigen::Vector3d at(const SectorIndex& home, const Eigen::Vector3d& position, bool has_gravity) const;
 
   // From the frame's axes to the world's.
@@ -62,10 +63,14 @@ class Felt {
 
  private:
   void prepare();
+  // Of a frame that moves in another one, or along keys: what it does in the tick beyond what it goes on to
+  // do from its beginning.
+  void look_ahead(const MovingFrame& moving, const MovingFrame& outer, double time, bool has_keys);
   // m, from the origin of the frame.
   Eigen::Vector3d place_of(const SectorIndex& home, const Eigen::Vector3d& position) const;
-  // m/s^2, without what the turning of the frame makes of it.
-  Eigen::Vector3d falls_at(const Eigen::Vector3d& place, bool has_gravity) const;
+  // m/s^2, without what the turning of the frame makes of it; by `back` from the world's axes.
+  Eigen::Vector3d falls_at(const Eigen::Vector3d& place, bool has_gravity,
+                           const Eigen::Quaterniond& back) const;
 
   const WorldSettings* settings_;
   FrameNumber frame_;
@@ -76,14 +81,18 @@ class Felt {
   // the origin from there.
   Eigen::Vector3d from_centre_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d from_outer_ = Eigen::Vector3d::Zero();
-  // At the beginning of a tick, at its end, and by how much it grows, rad/s^2.
+  // At the beginning of a tick, and at its end.
   Eigen::Vector3d spin_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d spin_after_ = Eigen::Vector3d::Zero();
+  // What bodies feel that something may hold: the turn from the world's axes, the spin, and by how much it
+  // grows, rad/s^2. At the beginning of a tick; along keys, in its middle.
+  Eigen::Quaterniond felt_back_ = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d felt_spin_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d spin_growth_ = Eigen::Vector3d::Zero();
   // m/s^2, at the origin: with gravity and without.
   std::array<Eigen::Vector3d, 2> at_origin_ = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  // Of a frame that moves in another one: what its origin does in the tick beyond its velocity and
-  // acceleration at the beginning; m and m/s, along the axes of the beginning.
+  // What its origin does in the tick beyond its velocity at the beginning and its acceleration; m and m/s,
+  // along the axes of the beginning.
   Eigen::Vector3d way_beyond_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d change_beyond_ = Eigen::Vector3d::Zero();
   // What a vector that stays as it is does in the frame in a tick, and twice as far.

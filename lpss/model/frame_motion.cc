@@ -9,6 +9,7 @@
 
 #include "lpss/base/portable_math.h"
 #include "lpss/base/rotation.h"
+#include "lpss/model/frame_keys.h"
 #include "lpss/model/gravity.h"
 
 namespace tessera {
@@ -92,6 +93,7 @@ Vector3d metres_from(const CentralGravity& planet, const WorldPosition& place, d
 }
 
 FrameMotion motion_at(const WorldSettings& settings, const MovingFrame& frame, double time) {
+  if (!frame.keys.empty()) return motion_along_keys(frame, time);
   FrameMotion motion;
   motion.orientation = rotation_by(frame.spin * time) * frame.start.orientation;
   motion.velocity = frame.velocity;
@@ -131,6 +133,8 @@ FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& fr
                         outer.angular_acceleration.cross(from_origin) + 2 * outer.spin.cross(velocity) +
                         outer.orientation * own.acceleration;
   motion.angular_acceleration = outer.angular_acceleration + outer.spin.cross(spin);
+  if (!own.angular_acceleration.isZero(0))
+    motion.angular_acceleration += outer.orientation * own.angular_acceleration;
   return motion;
 }
 
@@ -227,7 +231,7 @@ absl::StatusOr<FramePlace> frame_place(const WorldSettings& settings, FrameNumbe
   const absl::StatusOr<WorldPosition> origin =
       canonical(start.sector, start.local + motion.way, settings.sector_size);
   if (!origin.ok()) return origin.status();
-  return FramePlace{*origin, motion.orientation, motion.velocity, frame.spin};
+  return FramePlace{*origin, motion.orientation, motion.velocity, motion.spin};
 }
 
 absl::StatusOr<WorldPose> pose_in_world(const WorldSettings& settings, double time, const WorldPose& pose,

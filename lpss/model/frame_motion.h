@@ -19,7 +19,7 @@ namespace tessera {
 
 // At one time, along the axes of its parent, or of the world frame.
 struct FrameMotion {
-  Eigen::Vector3d way = Eigen::Vector3d::Zero();                    // m, of the origin since tick 0
+  Eigen::Vector3d way = Eigen::Vector3d::Zero();                    // m, of the origin from `start`
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // from the frame's axes
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();               // m/s, of the origin
   // m/s^2, likewise, from that time on; of a frame that falls: 0, since it is that of gravity.

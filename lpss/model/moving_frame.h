@@ -18,11 +18,20 @@ namespace tessera {
 
 inline constexpr std::size_t kMovingFramesMax = 256;
 inline constexpr std::size_t kFrameLegsMax = 4096;  // of one frame
+inline constexpr std::size_t kFrameKeysMax = 4096;  // likewise
 
 // A stretch of a path with one acceleration.
 struct FrameLeg {
   double seconds = 0;                                      // > 0
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  // m/s^2, of the origin, axes of the parent
+};
+
+// Where a frame is at one time, in the axes that its `start` makes: that places the path as a whole.
+struct FrameKey {
+  double time = 0;                          // s since tick 0
+  Pose pose;                                // m; of the frame
+  std::optional<Eigen::Vector3d> velocity;  // m/s, of its origin; none: smooth_keys() finds it
+  std::optional<Eigen::Vector3d> spin;      // rad/s, about its origin; likewise
 };
 
 // A box along the axes of the frame, m from its origin.
@@ -51,8 +60,12 @@ struct MovingFrame {
   // the world frame as its parent.
   bool falls = false;
   std::vector<FrameLeg> legs;  // one after the other, from tick 0 on
-  // It goes where this body goes, and neither falls by itself nor has legs. What is above holds until the end
-  // of the first tick.
+  // It goes smoothly through all of these, ascending from time 0 on; see frame_keys.h. It has no velocity and
+  // no spin above then, nor legs, and does not fall. After the last, it goes on as it goes there.
+  std::vector<FrameKey> keys;
+  bool loops = false;  // after the last key, which has the pose of the first, it begins anew
+  // It goes where this body goes, and neither falls by itself nor has legs or keys. What is above holds until
+  // the end of the first tick.
   std::optional<FrameCarrier> carrier;
 
   FrameNumber parent() const { return start.position.sector.frame; }

@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "lpss/model/checks.h"
-#include "lpss/model/frame_motion.h"
 
 namespace tessera {
 namespace {
@@ -324,99 +323,6 @@ absl::Status gravity_check(const Gravity& gravity, double sector_size) {
             canonical(planet.centre.sector, planet.centre.local, sector_size).status());
 }
 
-// An orbit that comes back, and does not meet the planet.
-absl::Status fall_check(const MovingFrame& frame, const Gravity& gravity, double sector_size) {
-  const auto* planet = std::get_if<CentralGravity>(&gravity);
-  if (planet == nullptr) return absl::OkStatus();
-  const Eigen::Vector3d place = metres_from(*planet, frame.start.position, sector_size);
-  const double pull = planet->surface * planet->radius * planet->radius;
-  const double energy = frame.velocity.squaredNorm() / 2 - pull / place.norm();
-  if (!(energy < 0)) return refused("velocity: it falls on no closed orbit: it escapes from the planet");
-  const double turning = place.cross(frame.velocity).squaredNorm();
-  const double eccentricity = std::sqrt(std::max(1 + 2 * energy * turning / (pull * pull), 0.0));
-  const double lowest = -pull / (2 * energy) * (1 - eccentricity);
-  if (lowest >= planet->radius) return absl::OkStatus();
-  return refused("velocity: it falls on an orbit that comes down to ", lowest,
-                 " m from the planet's centre, and must stay above its radius, ", planet->radius, " m");
-}
-
-absl::Status frame_check(const MovingFrame& frame, const Gravity& gravity, double sector_size) {
-  if (frame.name.empty()) return refused("its name must not be empty");
-  if (absl::Status status = sized("its name", frame.name, kNameBytesMax); !status.ok()) return status;
-  const WorldPosition& position = frame.start.position;
-  if (absl::Status status = finite("position", position.local); !status.ok()) return status;
-  if (auto home = canonical(position.sector, position.local, sector_size); !home.ok()) return home.status();
-  if (absl::Status status = unit_quaternion("orientation", frame.start.orientation); !status.ok())
-    return status;
-  if (absl::Status status = finite("velocity", frame.velocity, kFrameSpeedMax, "m/s"); !status.ok())
-    return status;
-  if (absl::Status status = finite("spin", frame.spin, kFrameSpinMax, "rad/s"); !status.ok()) return status;
-  if (frame.region) {
-    if (absl::Status status = finite("region centre", frame.region->centre, kStaticExtentMax, "m");
-        !status.ok())
-      return status;
-    for (int axis = 0; axis < 3; ++axis) {
-      absl::Status status = bounded(absl::StrCat("region size ", std::string(1, "xyz"[axis])),
-                                    frame.region->size[axis], kRegionSizeMin, kStaticExtentMax, "m");
-      if (!status.ok()) return status;
-    }
-  }
-  if (frame.carrier) {
-    if (frame.falls || !frame.legs.empty())
-      return refused("it has a carrier, and so neither falls nor has legs");
-    absl::Status status =
-        finite("position on its carrier", frame.carrier->pose.position, kFrameReachMax, "m");
-    if (status.ok()) status = unit_quaternion("orientation on its carrier", frame.carrier->pose.orientation);
-    if (!status.ok()) return status;
-  }
-  if (frame.falls) {
-    if (!frame.legs.empty()) return refused("it falls, and so has no legs");
-    if (absl::Status status = fall_check(frame, gravity, sector_size); !status.ok()) return status;
-  }
-  if (frame.legs.size() > kFrameLegsMax)
-    return refused("its ", frame.legs.size(), " legs must be at most ", kFrameLegsMax);
-  for (std::size_t n = 0; n < frame.legs.size(); ++n) {
-    const FrameLeg& leg = frame.legs[n];
-    if (!(leg.seconds > 0 && leg.seconds <= kFrameLegMax)) {
-      return refused("leg ", n + 1, ": seconds = ", leg.seconds, " must be above 0 and at most ",
-                     kFrameLegMax);
-    }
-    absl::Status status =
-        finite(absl::StrCat("leg ", n + 1, ": acceleration"), leg.acceleration, kAccelerationMax, "m/s^2");
-    if (!status.ok()) return status;
-  }
-  return absl::OkStatus();
-}
-
-absl::Status parent_check(const MovingFrame& frame, const std::vector<MovingFrame>& frames) {
-  const FrameNumber parent = frame.parent();
-  if (parent == kWorldFrame) return absl::OkStatus();
-  if (parent > frames.size() || &frames[parent - 1] >= &frame)
-    return refused("it must start in the world frame, or in a frame that is listed before it");
-  if (frames[parent - 1].carrier) return refused("it must not start in a frame that a body carries");
-  if (frame.falls) return refused("it falls, and must start in the world frame");
-  if (frame.carrier) return refused("it has a carrier, and must start in the world frame");
-  return absl::OkStatus();
-}
-
-absl::Status moving_frames_check(const WorldSettings& settings) {
-  const std::vector<MovingFrame>& frames = settings.frames;
-  if (frames.size() > kMovingFramesMax)
-    return refused("frames: their number ", frames.size(), " must be at most ", kMovingFramesMax);
-  if (!frames.empty() && settings.seams == SeamPolicy::kClone)
-    return refused("frames that move need the seam policy island; that of the world is clone");
-  absl::flat_hash_set<absl::string_view> names;
-  for (const MovingFrame& frame : frames) {
-    const std::string what = absl::StrCat("frame '", frame.name, "'");
-    if (absl::Status status = utf8("frame", frame.name); !status.ok()) return status;
-    if (absl::Status status = parent_check(frame, frames); !status.ok()) return in(what, status);
-    if (absl::Status status = frame_check(frame, settings.gravity, settings.sector_size); !status.ok())
-      return in(what, status);
-    if (!names.insert(frame.name).second) return refused(what, ": another frame has this name");
-  }
-  return absl::OkStatus();
-}
-
 absl::Status within_bounds(const WorldSetting& setting, const WorldSettings& settings) {
   return std::visit(
       [&](const auto member) -> absl::Status {
@@ -545,7 +451,7 @@ absl::Status validate(const WorldSettings& settings) {
   if (absl::Status status = precision_check(settings); !status.ok()) return in(what, status);
   if (absl::Status status = modules_check(settings.modules); !status.ok()) return in(what, status);
   absl::Status status = gravity_check(settings.gravity, settings.sector_size);
-  if (status.ok()) status = moving_frames_check(settings);
+  if (status.ok()) status = validate_frames(settings);
   return in(what, status);
 }
 

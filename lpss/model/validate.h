@@ -22,6 +22,9 @@ absl::Status validate(const WorldSettings& settings);
 absl::Status validate(const Shape& shape, const std::string& name);
 absl::Status validate(const BodyDescription& body, const Shape& shape, const WorldSettings& settings);
 
+// The frames of a world that move; the keys of their paths have all velocities.
+absl::Status validate_frames(const WorldSettings& settings);
+
 // Whether the sector belongs to a frame of the world.
 absl::Status known_frame(const SectorIndex& sector, const WorldSettings& settings);
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "lpss/model/frame_keys.h"
 #include "lpss/model/validate.h"
 
 namespace tessera {
@@ -71,6 +72,51 @@ TEST(MovingFrames, AreRefusedWithTheirNameAndTheBound) {
               HasSubstr("leg 1: acceleration"));
   EXPECT_THAT(refusal([](MovingFrame& f) { f.legs.resize(kFrameLegsMax + 1, f.legs[0]); }),
               HasSubstr("legs must be at most 4096"));
+}
+
+TEST(MovingFrames, KeysAreRefusedWithTheirNumberAndTheBound) {
+  const auto refusal = [](const std::function<void(MovingFrame&)>& change, bool is_smoothed = true) {
+    WorldSettings settings;
+    settings.frames.resize(1);
+    MovingFrame& frame = settings.frames[0];
+    frame.name = "tram";
+    frame.keys = {{0, {}, {}, {}}, {2, {{3, 4, 0}, {0, 0, 0, 1}}, {}, {}}, {5, {}, {}, {}}};
+    frame.loops = true;
+    change(frame);
+    if (is_smoothed) smooth_keys(frame.keys, frame.loops);
+    return std::string(validate(settings).message());
+  };
+  EXPECT_EQ(refusal([](MovingFrame&) {}), "");
+  EXPECT_THAT(refusal([](MovingFrame&) {}, false),
+              HasSubstr("frame 'tram': key 1: its velocity and its spin are to be found by smooth_keys()"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.spin.z() = 1; }), HasSubstr("it has keys, and so no velocity"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.legs = {{1, {0, 0, 0}}}; }), HasSubstr("it has keys"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.falls = true; }), HasSubstr("it has keys"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys.clear(); }), HasSubstr("it loops, and must have keys"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys.resize(1); }), HasSubstr("its 1 keys must be at least 2"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys.resize(kFrameKeysMax + 1); }),
+              HasSubstr("its 4097 keys must be at least 2 and at most 4096"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys[0].time = 1; }),
+              HasSubstr("key 1: time = 1 s must be 0 s"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys[2].time = 2; }),
+              HasSubstr("key 3: time = 2 s must be at least 1e-05 s after that of the key before, 2 s"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys[1].time = NAN; }), HasSubstr("key 2: time = nan"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys[2].time = 2e9; }), HasSubstr("at most 1e+09 s"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys[1].pose.position.x() = 2e12; }),
+              HasSubstr("key 2: position = 2e+12 m must be at most 1e+12 m"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys[1].pose.position.x() = 1e9; }),
+              HasSubstr("key 2: speed from the key before = 5e+08 m/s must be at most 3e+08 m/s"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys[1].velocity = Eigen::Vector3d(4e8, 0, 0); }),
+              HasSubstr("key 2: velocity = 4e+08 m/s must be at most 3e+08 m/s"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys[1].spin = Eigen::Vector3d(0, 0, 1001); }),
+              HasSubstr("key 2: spin = 1001 rad/s must be at most 1000 rad/s"));
+  EXPECT_THAT(refusal([](MovingFrame& f) { f.keys[2].pose.position.y() = 0.5; }),
+              HasSubstr("its last key is 0.5 m and 0 rad from its first, which must be at most 1e-06"));
+  EXPECT_THAT(refusal([](MovingFrame& f) {
+                f.keys[0].velocity = Eigen::Vector3d(1, 0, 0);
+                f.keys[2].velocity = Eigen::Vector3d(2, 0, 0);
+              }),
+              HasSubstr("its last key must have the velocity and the spin of its first"));
 }
 
 TEST(MovingFrames, FallOnOrbitsThatComeBack) {

@@ -12,7 +12,7 @@ EngineSettings engine_settings(const WorldSettings& settings) {
   const bool has_planet = std::holds_alternative<CentralGravity>(settings.gravity);
   // A pull of 0.006 m/s^2 is less than the last digit of 30 km/s in single precision.
   const bool varies = has_planet || std::ranges::any_of(settings.frames, [](const MovingFrame& frame) {
-                        return frame.carrier || !frame.spin.isZero(0);
+                        return frame.carrier || !frame.spin.isZero(0) || !frame.keys.empty();
                       });
   result.fine_flight = settings.precision == Precision::kFloat32 && varies;
   // Where ships dock in orbit. In worlds without frames, bits stay what they were.

@@ -9,11 +9,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "lpss/model/frame_keys.h"
 #include "worlds/loader/geodesy.h"
 
 namespace tessera {
@@ -95,6 +97,77 @@ absl::Status read_drive(const Element& drive, JointDrives& drives, std::array<bo
   return absl::OkStatus();
 }
 
+// An attribute that may be missing.
+absl::Status read_vector(const Element& element, const char* name, Eigen::Vector3d& value) {
+  const char* text = element.Attribute(name);
+  if (text == nullptr) return absl::OkStatus();
+  const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(element, text);
+  if (vector.ok()) value = *vector;
+  return vector.status();
+}
+
+absl::Status read_vector(const Element& element, const char* name, std::optional<Eigen::Vector3d>& value) {
+  return element.Attribute(name) == nullptr ? absl::OkStatus() : read_vector(element, name, value.emplace());
+}
+
+// A <pose> that is relative to nothing of its own.
+absl::StatusOr<Pose> own_pose(const Element& element, const char* what) {
+  const absl::StatusOr<xml::RelativePose> pose = xml::pose_of(element);
+  if (!pose.ok()) return pose.status();
+  if (!pose->relative_to.empty()) return xml::invalid(element, what);
+  return pose->pose;
+}
+
+absl::Status take_region(Element& element, MovingFrame& frame) {
+  Element* region = element.FirstChildElement("tessera:region");
+  if (region == nullptr) return absl::OkStatus();
+  if (absl::Status status = xml::only_attributes(*region, {"centre", "size"}); !status.ok()) return status;
+  const absl::StatusOr<std::string> size = xml::required_attribute(*region, "size");
+  if (!size.ok()) return size.status();
+  frame.region.emplace();
+  if (absl::Status status = read_vector(*region, "size", frame.region->size); !status.ok()) return status;
+  if (absl::Status status = read_vector(*region, "centre", frame.region->centre); !status.ok()) return status;
+  element.DeleteChild(region);
+  return absl::OkStatus();
+}
+
+absl::Status take_legs(Element& element, MovingFrame& frame) {
+  while (Element* leg = element.FirstChildElement("tessera:leg")) {
+    absl::Status status = xml::only_attributes(*leg, {"seconds", "acceleration"});
+    if (!status.ok()) return status;
+    const absl::StatusOr<double> seconds = xml::number_attribute(*leg, "seconds");
+    if (!seconds.ok()) return seconds.status();
+    FrameLeg& added = frame.legs.emplace_back(FrameLeg{*seconds});
+    if (status = read_vector(*leg, "acceleration", added.acceleration); !status.ok()) return status;
+    element.DeleteChild(leg);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status take_keys(Element& element, MovingFrame& frame) {
+  while (Element* key = element.FirstChildElement("tessera:key")) {
+    absl::Status status = xml::only_attributes(*key, {"time", "velocity", "spin"});
+    if (!status.ok()) return status;
+    const absl::StatusOr<double> time = xml::number_attribute(*key, "time");
+    if (!time.ok()) return time.status();
+    FrameKey& added = frame.keys.emplace_back();
+    added.time = *time;
+    if (status = read_vector(*key, "velocity", added.velocity); !status.ok()) return status;
+    if (status = read_vector(*key, "spin", added.spin); !status.ok()) return status;
+    for (const Element* child = key->FirstChildElement(); child != nullptr;
+         child = child->NextSiblingElement()) {
+      if (!xml::is(*child, "pose") || child->NextSiblingElement() != nullptr)
+        return xml::invalid(*child, "a <tessera:key> has one <pose>, and nothing else");
+      const absl::StatusOr<Pose> pose = own_pose(*child, "a key is relative to where its frame starts");
+      if (!pose.ok()) return pose.status();
+      added.pose = *pose;
+    }
+    element.DeleteChild(key);
+  }
+  if (frame.keys.size() <= kFrameKeysMax) smooth_keys(frame.keys, frame.loops);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status read_settings(const Element& element, WorldSettings& settings) {
@@ -164,7 +237,8 @@ absl::StatusOr<MovingFrame> take_moving_frame(Element& element, FrameNumber pare
   MovingFrame result;
   const absl::StatusOr<PlacementExtras> extras = take_extras(element);
   if (!extras.ok()) return extras.status();
-  if (absl::Status status = xml::only_attributes(element, {"name", "velocity", "spin", "falls", "carrier"});
+  if (absl::Status status =
+          xml::only_attributes(element, {"name", "velocity", "spin", "falls", "loops", "carrier"});
       !status.ok())
     return status;
   const absl::StatusOr<std::string> name = xml::required_attribute(element, "name");
@@ -172,24 +246,22 @@ absl::StatusOr<MovingFrame> take_moving_frame(Element& element, FrameNumber pare
   result.name = *name;
   for (const auto& [attribute, value] :
        {std::pair{"velocity", &result.velocity}, std::pair{"spin", &result.spin}}) {
+    if (absl::Status status = read_vector(element, attribute, *value); !status.ok()) return status;
+  }
+  for (const auto& [attribute, value] :
+       {std::pair{"falls", &result.falls}, std::pair{"loops", &result.loops}}) {
     const char* text = element.Attribute(attribute);
     if (text == nullptr) continue;
-    const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(element, text);
-    if (!vector.ok()) return vector.status();
-    *value = *vector;
-  }
-  if (const char* text = element.Attribute("falls")) {
-    const absl::StatusOr<bool> falls = choice(element, text, "false", "true");
-    if (!falls.ok()) return falls.status();
-    result.falls = *falls;
+    const absl::StatusOr<bool> chosen = choice(element, text, "false", "true");
+    if (!chosen.ok()) return chosen.status();
+    *value = *chosen;
   }
   Pose pose;
   if (Element* child = element.FirstChildElement("pose")) {
-    const absl::StatusOr<xml::RelativePose> start = xml::pose_of(*child);
+    const absl::StatusOr<Pose> start =
+        own_pose(*child, "a <tessera:frame> starts relative to the world, or to the one around it");
     if (!start.ok()) return start.status();
-    if (!start->relative_to.empty())
-      return xml::invalid(*child, "a <tessera:frame> starts relative to the world, or to the one around it");
-    pose = start->pose;
+    pose = *start;
     element.DeleteChild(child);
   }
   if (element.Attribute("carrier")) {
@@ -204,33 +276,8 @@ absl::StatusOr<MovingFrame> take_moving_frame(Element& element, FrameNumber pare
   const absl::StatusOr<WorldPose> start = compose(sector, pose, sector_size);
   if (!start.ok()) return xml::error_at(element, start.status().code(), start.status().message());
   result.start = *start;
-  if (Element* region = element.FirstChildElement("tessera:region")) {
-    if (absl::Status status = xml::only_attributes(*region, {"centre", "size"}); !status.ok()) return status;
-    const absl::StatusOr<std::string> size_text = xml::required_attribute(*region, "size");
-    if (!size_text.ok()) return size_text.status();
-    result.region.emplace();
-    const absl::StatusOr<Eigen::Vector3d> size = xml::vector_in(*region, *size_text);
-    if (!size.ok()) return size.status();
-    result.region->size = *size;
-    if (const char* text = region->Attribute("centre")) {
-      const absl::StatusOr<Eigen::Vector3d> centre = xml::vector_in(*region, text);
-      if (!centre.ok()) return centre.status();
-      result.region->centre = *centre;
-    }
-    element.DeleteChild(region);
-  }
-  while (Element* leg = element.FirstChildElement("tessera:leg")) {
-    if (absl::Status status = xml::only_attributes(*leg, {"seconds", "acceleration"}); !status.ok())
-      return status;
-    const absl::StatusOr<double> seconds = xml::number_attribute(*leg, "seconds");
-    if (!seconds.ok()) return seconds.status();
-    FrameLeg& added = result.legs.emplace_back(FrameLeg{*seconds});
-    if (const char* text = leg->Attribute("acceleration")) {
-      const absl::StatusOr<Eigen::Vector3d> acceleration = xml::vector_in(*leg, text);
-      if (!acceleration.ok()) return acceleration.status();
-      added.acceleration = *acceleration;
-    }
-    element.DeleteChild(leg);
+  for (const auto take : {take_region, take_legs, take_keys}) {
+    if (absl::Status status = take(element, result); !status.ok()) return status;
   }
   return result;
 }

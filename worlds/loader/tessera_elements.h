@@ -8,9 +8,10 @@
 //   <tessera:central_gravity surface= radius= [sector="i j k"] [local="x y z"]> in <world>.
 //   <tessera:site name= latitude= longitude= [height=] [frame=]> in <world>: a frame on the globe, holding
 //     <model>, <include> and <frame>.
-//   <tessera:frame name= [velocity="x y z"] [spin="x y z"] [falls="true"]> in <world>: a frame that moves,
-//     holding <pose>, <tessera:region size="x y z" [centre="x y z"]/>, <tessera:leg seconds=
-//     acceleration="x y z"/>, <model>, <include> and <frame>.
+//   <tessera:frame name= [velocity="x y z"] [spin="x y z"] [falls="true"] [loops="true"]> in <world>: a frame
+//     that moves, holding <pose>, <tessera:region size="x y z" [centre="x y z"]/>, <tessera:leg seconds=
+//     acceleration="x y z"/>, <tessera:key time= [velocity="x y z"] [spin="x y z"]> with a <pose>, <model>,
+//     <include> and <frame>.
 //   tessera:sector="i j k", attribute or element of <model>, <include> and <frame> of a world, site or
 //     <tessera:frame>, and of that.
 //   <tessera:velocity linear="x y z" angular="x y z"> in the same <model> and <include>.

@@ -35,13 +35,6 @@ std::string world(const std::string& body) {
   return absl::StrCat("<sdf version='1.9'>\n<world name='w'>\n", body, "\n</world></sdf>");
 }
 
-// To carry a frame.
-std::string ship(const std::string& of_model = "") {
-  return absl::StrCat("<model name='ship'>", of_model,
-                      "<link name='l'><collision name='c'><geometry><box><size>1 1 1</size></box></geometry>"
-                      "</collision></link></model>");
-}
-
 std::string settings(const std::string& body) {
   return world(absl::StrCat("<tessera:settings>", body, "</tessera:settings>"));
 }
@@ -359,49 +352,6 @@ std::vector<Row> tessera_rows() {
        {"<tessera:drive> of <joint name='j'>", "axis 1 has a drive already"}},
       {"DriveNan", joint("<tessera:drive mode='effort' target='nan'/>"), {"<tessera:drive>", "finite"}},
       {"DriveAttribute", joint("<tessera:drive mode='free' speed='1'/>"), {"unknown attribute 'speed'"}},
-      {"FrameWithoutName", world("<tessera:frame/>"), {"<tessera:frame>", "'name' is missing"}},
-      {"FrameTwice",
-       world("<tessera:frame name='f'/><tessera:frame name='f'/>"),
-       {"<tessera:frame name='f'>", "unique"}},
-      {"FrameInSite",
-       world("<tessera:site name='s' latitude='1' longitude='2'><tessera:frame name='g'/></tessera:site>"),
-       {"<tessera:frame name='g'>", "not allowed in a <tessera:site>"}},
-      {"FrameThatFallsInFrame",
-       world("<tessera:frame name='f'><tessera:frame name='g' falls='true'/></tessera:frame>"),
-       {"frame 'g'", "it falls, and must start in the world frame"}},
-      {"FrameInCarried",
-       world(ship() + "<tessera:frame name='f' carrier='ship::l'><tessera:frame name='g'/></tessera:frame>"),
-       {"frame 'g'", "must not start in a frame that a body carries"}},
-      {"FrameAttribute", world("<tessera:frame name='f' speed='1'/>"), {"unknown attribute 'speed'"}},
-      {"FrameFast",
-       world("<tessera:frame name='f' velocity='4e8 0 0'/>"),
-       {"frame 'f'", "velocity", "3e+08 m/s"}},
-      {"FrameFalls", world("<tessera:frame name='f' falls='yes'/>"), {"'yes' must be false or true"}},
-      {"FrameLeg",
-       world("<tessera:frame name='f'><tessera:leg seconds='0'/></tessera:frame>"),
-       {"frame 'f'", "leg 1: seconds = 0"}},
-      {"FrameRegion",
-       world("<tessera:frame name='f'><tessera:region size='2 0 2'/></tessera:frame>"),
-       {"frame 'f'", "region size y = 0 m"}},
-      {"FrameRelative",
-       world("<tessera:frame name='f'><pose relative_to='g'>0 0 0 0 0 0</pose></tessera:frame>"),
-       {"<pose>", "starts relative to the world"}},
-      {"FrameCarrierUnknown",
-       world("<tessera:frame name='f' carrier='ship::hull'/>"),
-       {"<tessera:frame name='f'>", "carrier 'ship::hull' is no body of the world"}},
-      {"FrameCarrierStatic",
-       world(ship("<static>true</static>") + "<tessera:frame name='f' carrier='ship::l'/>"),
-       {"frame 'f'", "body 'ship::l', must be dynamic or kinematic"}},
-      {"FrameCarrierSpeed",
-       world(ship() + "<tessera:frame name='f' carrier='ship::l' velocity='1 0 0'/>"),
-       {"<tessera:frame name='f'>", "there is no 'velocity'"}},
-      {"FrameCarrierFalls",
-       world(ship() + "<tessera:frame name='f' carrier='ship::l' falls='true'/>"),
-       {"frame 'f'", "neither falls nor has legs"}},
-      {"FrameCarrierInFrame",
-       world("<tessera:frame name='g'>" + ship() +
-             "</tessera:frame><tessera:frame name='f' carrier='ship::l'/>"),
-       {"frame 'f'", "must be in the world frame"}},
       {"ArmatureOfNoAxis", joint("<tessera:armature value='1' axis='2'/>"), {"joint 'j'", "no axis 2"}},
       {"ArmatureTwice",
        joint("<tessera:armature value='1'/><tessera:armature value='1'/>"),

@@ -112,69 +112,6 @@ TEST(Places, RelativeToFramesModelsAndTheirLinks) {
   expect_near(place(loaded, "free::l"), {7, 0, 0});
 }
 
-TEST(Places, InFramesThatMove) {
-  const LoadedWorld loaded = load(world(
-      model("outside", "<pose>1 0 0 0 0 0</pose>") +
-      "<tessera:frame name='train' velocity='30 0 0' spin='0 0 0.1' tessera:sector='7 0 0'>"
-      "<pose>0 2 0 0 0 0</pose><tessera:region size='40 5 8' centre='0 0 4'/>"
-      "<tessera:leg seconds='2'/><tessera:leg seconds='3' acceleration='-1 0 0'/>" +
-      model("inside", "<pose>150 0 0 0 0 0</pose>") + "<frame name='seat'><pose>0 1 0 0 0 0</pose></frame>" +
-      model("seated", "<pose relative_to='seat'>0 0 1 0 0 0</pose>") +
-      "</tessera:frame><tessera:frame name='lift' falls='true'>" + model("rider", "") + "</tessera:frame>"));
-  const std::vector<MovingFrame>& frames = loaded.world.settings.frames;
-  ASSERT_EQ(frames.size(), 2u);
-  EXPECT_EQ(frames[0].name, "train");
-  EXPECT_EQ(frames[0].start.position, (WorldPosition{{7, 0, 0}, {0, 2, 0}}));
-  EXPECT_EQ(frames[0].velocity, Eigen::Vector3d(30, 0, 0));
-  EXPECT_EQ(frames[0].spin, Eigen::Vector3d(0, 0, 0.1));
-  ASSERT_TRUE(frames[0].region.has_value());
-  EXPECT_EQ(frames[0].region->centre, Eigen::Vector3d(0, 0, 4));
-  ASSERT_EQ(frames[0].legs.size(), 2u);
-  EXPECT_EQ(frames[0].legs[1].seconds, 3);
-  EXPECT_EQ(frames[0].legs[1].acceleration, Eigen::Vector3d(-1, 0, 0));
-  EXPECT_FALSE(frames[0].falls);
-  EXPECT_TRUE(frames[1].falls);
-  const auto at = [&](const char* body) { return body_named(loaded, body).pose.position; };
-  EXPECT_EQ(at("outside::l").sector, (SectorIndex{0, 0, 0}));
-  EXPECT_EQ(at("inside::l"), (WorldPosition{{1, 0, 0, 1}, {22, 0, 0}}));
-  EXPECT_EQ(at("seated::l"), (WorldPosition{{0, 0, 0, 1}, {0, 1, 1}}));
-  EXPECT_EQ(at("rider::l").sector.frame, 2u);
-}
-
-TEST(Places, InAFrameThatMovesInAnother) {
-  const LoadedWorld loaded =
-      load(world("<tessera:frame name='planet' spin='0 0 0.1'><tessera:frame name='train' velocity='30 0 0'>"
-                 "<pose>200 0 1 0 0 0</pose>" +
-                 model("crate", "<pose>1 0 0 0 0 0</pose>") + "</tessera:frame>" + model("rock", "") +
-                 "</tessera:frame>"));
-  const std::vector<MovingFrame>& frames = loaded.world.settings.frames;
-  ASSERT_EQ(frames.size(), 2u);
-  EXPECT_EQ(frames[0].parent(), kWorldFrame);
-  EXPECT_EQ(frames[1].parent(), 1u);
-  EXPECT_EQ(frames[1].start.position, (WorldPosition{{2, 0, 0, 1}, {-56, 0, 1}}));
-  EXPECT_EQ(body_named(loaded, "crate::l").pose.position.sector.frame, 2u);
-  EXPECT_EQ(body_named(loaded, "rock::l").pose.position.sector.frame, 1u);
-}
-
-TEST(Places, OnACarrier) {
-  const LoadedWorld loaded = load(
-      world("<tessera:frame name='deck' carrier='ship::l'><pose>0 0 2 0 0 0</pose>" +
-            model("crate", "<pose>1 0 0 0 0 0</pose>") + "</tessera:frame>" +
-            model("ship", "<pose>30 0 0 0 0 0</pose><tessera:velocity linear='4 0 0' angular='0 1 0'/>")));
-  ASSERT_EQ(loaded.world.settings.frames.size(), 1u);
-  const MovingFrame& deck = loaded.world.settings.frames.front();
-  ASSERT_TRUE(deck.carrier.has_value());
-  EXPECT_EQ(loaded.world.bodies[deck.carrier->body.value - 1].name, "ship::l");
-  EXPECT_EQ(deck.carrier->pose.position, Eigen::Vector3d(0, 0, 2));
-  EXPECT_LT(
-      (relative_to(deck.start.position, {}, loaded.world.settings.sector_size) - Eigen::Vector3d(30, 0, 2))
-          .norm(),
-      1e-12);
-  EXPECT_LT((deck.velocity - Eigen::Vector3d(6, 0, 0)).norm(), 1e-12);
-  EXPECT_EQ(deck.spin, Eigen::Vector3d(0, 1, 0));
-  EXPECT_EQ(body_named(loaded, "crate::l").pose.position.sector.frame, 1u);
-}
-
 TEST(Places, FramesInsideAModel) {
   const LoadedWorld loaded = load(
       world("<model name='m'><frame name='f'><pose>0 0 4 0 0 0</pose></frame><link name='a'>" + kUnitBox +

@@ -141,6 +141,28 @@ def test_what_rests_in_a_ship_sleeps(client: tessera.Client) -> None:
         client.spawn(tessera.Body("stray", tessera.box(1, 1, 1), position=tessera.WorldPosition(frame=2)))
 
 
+def test_a_lift_that_follows_keys(client: tessera.Client) -> None:
+    keys = [
+        tessera.FrameKey(0, (0, 0, 0)),
+        tessera.FrameKey(2, (0, 0, 8), (0, 0, 1, 0), velocity=(0, 0, 6)),
+        tessera.FrameKey(4, (0, 0, 16)),
+    ]
+    lift = tessera.MovingFrame("lift", keys=keys)
+    world = tessera.World("lift", tessera.Settings(frames=[lift]))
+    floor = tessera.Body("floor", tessera.box(4, 4, 1), 1, tessera.WorldPosition((0, 0, -0.5), frame=1))
+    floor.motion = tessera.Motion.STATIC
+    world.add(floor)
+    world.add(tessera.Body("crate", tessera.box(1, 1, 1), 10, tessera.WorldPosition((0, 0, 0.5), frame=1)))
+    client.load(world, replace=True)
+    client.step(300)
+    states = client.body_states()
+    assert states.frames.tolist() == [1]
+    assert states.local[0][2] == pytest.approx(0.5, abs=1e-3)
+    keys[2].time = 1
+    with pytest.raises(tessera.InvalidArgument, match="frame 'lift': key 3: time = 1 s must be at least"):
+        client.load(tessera.World("lift", tessera.Settings(frames=[lift])), replace=True)
+
+
 def test_triggers_tell_what_enters_and_leaves(client: tessera.Client) -> None:
     client.load(flat_world(), replace=True)
     gate = tessera.Body(

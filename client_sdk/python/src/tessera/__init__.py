@@ -92,7 +92,7 @@ from tessera.shape import (
 )
 from tessera.simulation import Simulation
 from tessera.vector_env import Box, Copy, CopyState, EnvState, VectorEnv
-from tessera.world import CentralGravity, MovingFrame, Precision, SeamPolicy, Settings, World
+from tessera.world import CentralGravity, FrameKey, MovingFrame, Precision, SeamPolicy, Settings, World
 
 if TYPE_CHECKING:
     from tessera.body_streams import BodyStream
@@ -170,6 +170,7 @@ __all__ = [
     "FoundFrame",
     "FoundJoint",
     "FoundProgram",
+    "FrameKey",
     "HashAt",
     "InvalidArgument",
     "Joint",

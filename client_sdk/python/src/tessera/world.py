@@ -57,6 +57,31 @@ class CentralGravity:
 
 
 @dataclass
+class FrameKey:
+    """Where a frame is at one time, in the axes that its `position` and `orientation` make. It goes smoothly from one
+    key to the next; velocities that are not given are those with which accelerations do not jump, and 0 at both ends of
+    a path that does not loop.
+    """
+
+    time: float  # s since tick 0; of the first: 0
+    position: VectorLike  # m
+    orientation: VectorLike = IDENTITY
+    velocity: VectorLike | None = None  # m/s, of its origin
+    spin: VectorLike | None = None  # rad/s, about its origin
+
+    def message(self) -> world_pb2.FrameKey:
+        result = world_pb2.FrameKey(time=self.time)
+        pose = world_pose_message((0.0, 0.0, 0.0), self.orientation)
+        result.pose.orientation.CopyFrom(pose.orientation)
+        result.pose.position.CopyFrom(vector_message(self.position, "position"))
+        if self.velocity is not None:
+            result.velocity.CopyFrom(vector_message(self.velocity, "velocity"))
+        if self.spin is not None:
+            result.spin.CopyFrom(vector_message(self.spin, "spin"))
+        return result
+
+
+@dataclass
 class MovingFrame:
     """A frame with sectors of its own: a train, a ship, a station. What is in it has `frame=n`, its place in
     `Settings(frames=...)` from 1 on, in `WorldPosition`. It moves in the world, or in the frame of its `position`, which
@@ -70,8 +95,12 @@ class MovingFrame:
     spin: VectorLike = (0.0, 0.0, 0.0)  # rad/s, about its origin; it stays
     falls: bool = False  # its origin, as a body would: on an orbit around a planet
     legs: Sequence[tuple[float, VectorLike]] = ()  # s, and m/s^2 of its origin; one after the other, from tick 0 on
+    # It goes through all of these, ascending by time, and has no velocity, spin or legs then. After the last it goes on as
+    # it goes there; if it loops, it begins anew, and the last key has the pose of the first.
+    keys: Sequence[FrameKey] = ()
+    loops: bool = False
     # The place of a body in the world's list, from 1 on: the frame goes where that goes, and neither falls nor has
-    # velocities and legs. `position` (m) and `orientation` are those of the frame in the body frame.
+    # velocities, legs and keys. `position` (m) and `orientation` are those of the frame in the body frame.
     carrier: int = 0
     # m, in the frame: of the box in which islands come into it, and outside of which they leave
     region: VectorLike | None = None
@@ -88,6 +117,8 @@ class MovingFrame:
                 world_pb2.FrameLeg(seconds=seconds, acceleration=vector_message(acceleration, "acceleration"))
                 for seconds, acceleration in self.legs
             ],
+            keys=[key.message() for key in self.keys],
+            loops=self.loops,
         )
         if self.carrier:
             pose = world_pose_message(self.position, self.orientation)
