@@ -1,5 +1,6 @@
-/* Tests tessera/c.h from C: c_api_program ADDRESS WORLD.pb ROVERS.pb, on a cluster without a world. WORLD has
- * a plane and ten crates, ROVERS joints and rangers. */
+/* Tests tessera/c.h from C: c_api_program ADDRESS WORLD.pb ROVERS.pb FERRY.pb, on a cluster without a world.
+ * WORLD has a plane and ten crates, ROVERS joints and rangers, FERRY the body ferry::hull, which carries the
+ * frame deck. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,7 +20,7 @@ enum { kPatience = 60, kTicks = 60, kCrates = 10 };
 
 static void check_positions(void) {
   const int64_t far = INT64_C(1) << 62;
-  const tessera_position point = {{far, -far, 3}, {0.1, -0.2, 63.5}};
+  const tessera_position point = {{far, -far, 3}, {0.1, -0.2, 63.5}, 0};
   const int64_t sector[3] = {far, 1 - far, 3};
   double metres[3];
   tessera_relative_to(&point, sector, 128, metres);
@@ -39,7 +40,7 @@ static void check_errors(tessera_client* client, const char* world) {
   CHECK(tessera_load(client, world, true) == TESSERA_OK);
   const double impulse[3] = {1, 0, 0};
   CHECK(tessera_apply_impulse(client, 123456, impulse, NULL) == TESSERA_NOT_FOUND);
-  const tessera_position at = {{0, 0, 0}, {0, 0, 50}};
+  const tessera_position at = {{0, 0, 0}, {0, 0, 50}, 0};
   uint64_t id;
   CHECK(tessera_spawn_sphere(client, "light", 0.5, -1, &at, &id) == TESSERA_INVALID_ARGUMENT);
   CHECK(strstr(tessera_error_message(), "mass") != NULL);
@@ -48,7 +49,7 @@ static void check_errors(tessera_client* client, const char* world) {
 /* Watches a ball that flies up in a distant sector. */
 static void check_flight(tessera_client* client) {
   const int64_t far[3] = {INT64_C(1) << 62, 0, 0};
-  const tessera_position at = {{far[0], far[1], far[2]}, {0, 0, 50}};
+  const tessera_position at = {{far[0], far[1], far[2]}, {0, 0, 50}, 0};
   const double up[3] = {0, 0, 40};
   uint64_t ball;
   uint64_t found;
@@ -90,7 +91,7 @@ static void check_questions(tessera_client* client) {
   CHECK(tessera_get_status(client, &status) == TESSERA_OK);
   CHECK(status.state == TESSERA_PAUSED && status.tick == kTicks && status.bodies == kCrates + 2);
   CHECK(status.servers == 2 && status.time_step == 1.0 / 60 && status.sector_size == 128);
-  const tessera_position above = {{0, 0, 0}, {0, 0, 30}};
+  const tessera_position above = {{0, 0, 0}, {0, 0, 30}, 0};
   const double down[3] = {0, 0, -2};
   const double aside[3] = {1, 0, 0};
   tessera_hit hit;
@@ -115,7 +116,7 @@ static void check_batch(tessera_client* client) {
   const double up[3] = {0, 0, 3};
   tessera_batch_set_velocity(batch, ball, up, NULL);
   tessera_batch_set_ticks(batch, 2);
-  const tessera_position above = {{0, 0, 0}, {0, 0, 30}};
+  const tessera_position above = {{0, 0, 0}, {0, 0, 30}, 0};
   const double down[3] = {0, 0, -1};
   const size_t ray = tessera_batch_ray(batch, &above, down, 100, 0);
   const size_t states = tessera_batch_states(batch, &ball, 1);
@@ -268,8 +269,73 @@ static void check_streams(tessera_client* client, const char* rovers) {
   tessera_unwatch(programs);
 }
 
+/* What is aboard: where it is in its frame, and in the world. */
+static void check_moving_frames(tessera_client* client, const char* ferry) {
+  tessera_moving_frames* frames;
+  uint32_t deck = 0;
+  CHECK(tessera_get_moving_frames(client, &frames) == TESSERA_OK && tessera_moving_frames_count(frames) == 0);
+  tessera_moving_frames_free(frames);
+  CHECK(tessera_load(client, ferry, true) == TESSERA_OK);
+  CHECK(tessera_get_moving_frames(client, &frames) == TESSERA_OK && tessera_moving_frames_count(frames) == 1);
+  CHECK(tessera_find_moving_frame(frames, "nothing", &deck) == TESSERA_NOT_FOUND);
+  CHECK(tessera_find_moving_frame(frames, "deck", &deck) == TESSERA_OK && deck == 1);
+  CHECK(strcmp(tessera_moving_frame_name(frames, 1), "deck") == 0);
+  CHECK(tessera_moving_frame_name(frames, 0) == NULL && tessera_moving_frame_name(frames, 2) == NULL);
+
+  const tessera_position aboard = {{0, 0, 0}, {0, 0, 4}, deck};
+  const tessera_position nowhere = {{0, 0, 0}, {0, 0, 4}, 2};
+  const double half_size[3] = {1, 1, 2};
+  uint64_t ball;
+  CHECK(tessera_spawn_sphere(client, "aboard", 0.1, 1, &nowhere, &ball) == TESSERA_INVALID_ARGUMENT);
+  CHECK(strstr(tessera_error_message(), "frame 2 must be at most 1") != NULL);
+  CHECK(tessera_spawn_sphere(client, "aboard", 0.1, 1, &aboard, &ball) == TESSERA_OK);
+  tessera_stream* stream;
+  CHECK(tessera_watch_region(client, &aboard, half_size, &stream) == TESSERA_OK);
+  CHECK(tessera_step(client, 6, NULL) == TESSERA_OK);
+  uint64_t tick;
+  tessera_body body;
+  size_t count;
+  do CHECK(tessera_next(stream, kPatience, &tick, &body, 1, &count) == TESSERA_OK);
+  while (tick < 6);
+  CHECK(count == 1 && body.id == ball && body.position.frame == deck);
+  tessera_unwatch(stream);
+
+  const double down[3] = {0, 0, -1};
+  tessera_hit hit;
+  const tessera_position above = {{0, 0, 0}, {0, 0, 5}, deck};
+  CHECK(tessera_raycast(client, &above, down, 2, &hit) == TESSERA_OK);
+  CHECK(hit.body == ball && hit.position.frame == deck);
+
+  tessera_position there;
+  const double turn[4] = {0, 0, 0, 1};
+  double turn_there[4];
+  CHECK(tessera_pose_in_frame(frames, tick, &body.position, turn, 0, &there, turn_there) ==
+        TESSERA_UNAVAILABLE);
+  tessera_batch* batch;
+  uint64_t hull;
+  CHECK(tessera_find(client, "ferry::hull", &hull) == TESSERA_OK);
+  CHECK(tessera_batch_new(NULL, &batch) == TESSERA_OK);
+  const size_t place = tessera_batch_states(batch, &hull, 1);
+  tessera_answers* answers;
+  tessera_body carrier;
+  CHECK(tessera_run(client, batch, kPatience, &answers) == TESSERA_OK);
+  CHECK(tessera_answers_states(answers, place, &carrier, 1, &count) == TESSERA_OK && count == 1);
+  tessera_answers_free(answers);
+  tessera_batch_free(batch);
+  tessera_see_carriers(frames, &carrier, 1);
+  CHECK(tessera_pose_in_frame(frames, tick, &body.position, turn, 0, &there, turn_there) == TESSERA_OK);
+  CHECK(there.frame == 0 && fabs(turn_there[3]) > 0.9);
+  tessera_position back;
+  CHECK(tessera_pose_in_frame(frames, tick, &there, NULL, deck, &back, NULL) == TESSERA_OK &&
+        back.frame == deck);
+  for (int axis = 0; axis < 3; ++axis) CHECK(fabs(back.local[axis] - body.position.local[axis]) < 1e-9);
+  CHECK(tessera_pose_in_frame(frames, tick, &there, NULL, 7, &back, NULL) == TESSERA_NOT_FOUND);
+  tessera_moving_frames_free(frames);
+  tessera_moving_frames_free(NULL);
+}
+
 int main(int argc, char** argv) {
-  CHECK(argc == 4);
+  CHECK(argc == 5);
   tessera_client* client;
   CHECK(tessera_connect(argv[1], kPatience, &client) == TESSERA_OK);
   check_positions();
@@ -281,6 +347,7 @@ int main(int argc, char** argv) {
   check_sending(client);
   check_bound(argv[1], client);
   check_streams(client, argv[3]);
+  check_moving_frames(client, argv[4]);
   tessera_disconnect(client);
   tessera_disconnect(NULL);
   return 0;

@@ -13,9 +13,12 @@ TEST(CApiTest, KeepsItsPromises) {
   const std::filesystem::path rovers = folder / "rovers.pb";
   ASSERT_THAT(write_world_message(world, read_world("tower.sdf")), IsOk());
   ASSERT_THAT(write_world_message(rovers, read_world("rover.sdf")), IsOk());
+  const std::filesystem::path ferry = folder / "ferry.pb";
+  ASSERT_THAT(write_world_message(ferry, read_world("ferry.sdf")), IsOk());
   const Cluster cluster = start_cluster(2);
   ASSERT_TRUE(cluster.client);
-  Process program("c_api_program", {cluster.processes->address(), world.string(), rovers.string()});
+  Process program("c_api_program",
+                  {cluster.processes->address(), world.string(), rovers.string(), ferry.string()});
   EXPECT_EQ(program.wait(), 0) << program.output();
   std::filesystem::remove_all(folder);
 }

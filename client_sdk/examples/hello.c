@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
 
   const double size[3] = {1, 1, 1};
   const double up[3] = {0, 0, 20};
-  const tessera_position at = {{0, 0, 0}, {0, 0, 5}};
+  const tessera_position at = {{0, 0, 0}, {0, 0, 5}, 0};
   uint64_t crate;
   if (tessera_spawn_box(client, "crate", size, 10, &at, &crate)) return failed("spawn");
   if (tessera_apply_impulse(client, crate, up, NULL)) return failed("impulse");

@@ -54,6 +54,7 @@ using tessera::c::code_of;
 using tessera::c::duration_of;
 using tessera::c::give;
 using tessera::c::position_for_c;
+using tessera::c::position_of;
 using tessera::c::write;
 
 constexpr absl::string_view kStates[] = {"empty", "loading", "paused", "running", "failed", "recovering"};
@@ -66,12 +67,6 @@ tessera_code give_tick(const absl::StatusOr<tessera::Tick>& result, uint64_t* ti
   return give(result, [&](tessera::Tick value) {
     if (tick != nullptr) *tick = value;
   });
-}
-
-tessera::SectorIndex sector_of(const int64_t sector[3]) { return {sector[0], sector[1], sector[2]}; }
-
-tessera::WorldPosition position_of(const tessera_position& position) {
-  return {sector_of(position.sector), Vector3d(position.local)};
 }
 
 tessera_status status_for_c(const tessera::ClusterStatus& status) {
@@ -139,7 +134,8 @@ const char* tessera_error_message(void) { return error_message.c_str(); }
 
 void tessera_relative_to(const tessera_position* point, const int64_t sector[3], double sector_size,
                          double metres[3]) {
-  write(relative_to(position_of(*point), sector_of(sector), sector_size), metres);
+  const tessera::SectorIndex from{sector[0], sector[1], sector[2], point->frame};
+  write(relative_to(position_of(*point), from, sector_size), metres);
 }
 
 tessera_code tessera_connect(const char* address, double timeout, tessera_client** client) {

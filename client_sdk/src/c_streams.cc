@@ -83,7 +83,10 @@ tessera_program program_for_c(const tessera::ProgramSample& program) {
 
 tessera_clone clone_for_c(const tessera::CloneSample& clone) {
   const tessera::SectorIndex& sector = clone.sector;
-  return {.body = clone.body.value, .sector = {sector.i, sector.j, sector.k}, .server = clone.server};
+  return {.body = clone.body.value,
+          .sector = {sector.i, sector.j, sector.k},
+          .server = clone.server,
+          .frame = sector.frame};
 }
 
 std::vector<uint64_t> bodies_of(const tessera::IslandSample& island) {
@@ -126,6 +129,14 @@ tessera_code tessera_watch(tessera_client* client, const uint64_t* ids, size_t c
   tessera::BodyFilter filter;
   filter.complete = true;
   filter.ids = ids_of(ids, count);
+  return open(client->client->watch_bodies(filter), stream);
+}
+
+tessera_code tessera_watch_region(tessera_client* client, const tessera_position* centre,
+                                  const double half_size[3], tessera_stream** stream) {
+  tessera::BodyFilter filter;
+  filter.complete = true;
+  filter.region = {tessera::c::position_of(*centre), Eigen::Vector3d(half_size)};
   return open(client->client->watch_bodies(filter), stream);
 }
 

@@ -39,8 +39,14 @@ inline absl::Duration duration_of(double seconds) {
 
 inline void write(const Eigen::Vector3d& vector, double* to) { std::copy_n(vector.data(), 3, to); }
 
+inline WorldPosition position_of(const tessera_position& position) {
+  const int64_t* sector = position.sector;
+  return {{sector[0], sector[1], sector[2], position.frame}, Eigen::Vector3d(position.local)};
+}
+
 inline tessera_position position_for_c(const WorldPosition& position) {
-  tessera_position result{{position.sector.i, position.sector.j, position.sector.k}, {}};
+  const SectorIndex& sector = position.sector;
+  tessera_position result{{sector.i, sector.j, sector.k}, {}, sector.frame};
   write(position.local, result.local);
   return result;
 }

@@ -50,14 +50,16 @@ typedef enum tessera_code {
  * valid until the next call on the same thread. */
 TESSERA_API const char* tessera_error_message(void);
 
-/* A point: `local` metres from the centre of `sector`. */
+/* A point: `local` metres from the centre of `sector`, in the world's frame (`frame` 0), or in the n-th of
+ * its frames that move, in which all that is said of the point is along the axes of that frame. */
 typedef struct tessera_position {
   int64_t sector[3];
   double local[3];
+  uint32_t frame;
 } tessera_position;
 
-/* The displacement of `point` from the centre of `sector` in m: sector indices are subtracted as integers
- * before anything is rounded, so nearby points keep full precision. */
+/* The displacement of `point` from the centre of `sector`, of the same frame, in m: sector indices are
+ * subtracted as integers before anything is rounded, so nearby points keep full precision. */
 TESSERA_API void tessera_relative_to(const tessera_position* point, const int64_t sector[3],
                                      double sector_size, double metres[3]);
 
@@ -168,6 +170,35 @@ typedef struct tessera_frame {
 /* The frame of that name. NOT_FOUND. */
 TESSERA_API tessera_code tessera_find_frame(tessera_client* client, const char* name, tessera_frame* frame);
 
+/* The frames of a world that move, such as trains and ships. */
+typedef struct tessera_moving_frames tessera_moving_frames;
+
+/* Those of the world that is loaded. Release them with tessera_moving_frames_free(). FAILED_PRECONDITION
+ * without a world. */
+TESSERA_API tessera_code tessera_get_moving_frames(tessera_client* client, tessera_moving_frames** frames);
+TESSERA_API void tessera_moving_frames_free(tessera_moving_frames* frames); /* does nothing for null */
+
+/* How many they are; their numbers begin with 1. The name of one, valid as long as they are; null for a
+ * number that none has. The number of the one of that name; NOT_FOUND. */
+TESSERA_API uint32_t tessera_moving_frames_count(const tessera_moving_frames* frames);
+TESSERA_API const char* tessera_moving_frame_name(const tessera_moving_frames* frames, uint32_t frame);
+TESSERA_API tessera_code tessera_find_moving_frame(const tessera_moving_frames* frames, const char* name,
+                                                   uint32_t* frame);
+
+typedef struct tessera_body tessera_body;
+
+/* Tells where bodies are: those among them that carry frames. Others are ignored. */
+TESSERA_API void tessera_see_carriers(tessera_moving_frames* frames, const tessera_body* bodies,
+                                      size_t count);
+
+/* A pose, of whatever frame, in the frame of that number, as that is at the end of `tick`. `orientation` may
+ * be null, and `orientation_there` then, too. NOT_FOUND for a number that no frame has, UNAVAILABLE where a
+ * frame has a carrier that tessera_see_carriers() did not see, OUT_OF_RANGE beyond the range of sectors. */
+TESSERA_API tessera_code tessera_pose_in_frame(const tessera_moving_frames* frames, uint64_t tick,
+                                               const tessera_position* position, const double orientation[4],
+                                               uint32_t frame, tessera_position* position_there,
+                                               double orientation_there[4]);
+
 /* The hash of the world's state as 32 hexadecimal digits and a null: equal states have equal hashes, on any
  * number of servers. */
 TESSERA_API tessera_code tessera_hash(tessera_client* client, char hash[33], uint64_t* tick);
@@ -259,8 +290,6 @@ TESSERA_API void tessera_pending_free(tessera_pending* pending);
 TESSERA_API uint64_t tessera_answers_tick(const tessera_answers* answers);
 TESSERA_API uint64_t tessera_answers_effect(const tessera_answers* answers);
 
-typedef struct tessera_body tessera_body;
-
 /* The result at `place`: of a ray; of states, of which the first `capacity` are written, ascending by id, and
  * all are counted. INVALID_ARGUMENT for a place of another kind of query. */
 TESSERA_API tessera_code tessera_answers_ray(const tessera_answers* answers, size_t place, tessera_hit* hit);
@@ -274,6 +303,11 @@ TESSERA_API const char* tessera_answers_json(tessera_answers* answers);
  * static. Release the stream with tessera_unwatch(). FAILED_PRECONDITION if there is nothing to watch. */
 TESSERA_API tessera_code tessera_watch(tessera_client* client, const uint64_t* ids, size_t count,
                                        tessera_stream** stream);
+
+/* The same of bodies in a box along the axes of the frame of its centre, and of no other frame; `half_size`
+ * in m. */
+TESSERA_API tessera_code tessera_watch_region(tessera_client* client, const tessera_position* centre,
+                                              const double half_size[3], tessera_stream** stream);
 
 /* Waits at most `timeout` s (0 polls, a negative value waits indefinitely) for the next tick. Writes the
  * first `capacity` of its bodies, ascending by id, to `bodies`, and the number of all its bodies to `count`.
@@ -347,6 +381,7 @@ typedef struct tessera_clone {
   uint64_t body;
   int64_t sector[3];
   uint64_t server; /* the node that hosts the sector */
+  uint32_t frame;  /* of the sector */
 } tessera_clone;
 
 /* An awake island across a border of sectors. */
