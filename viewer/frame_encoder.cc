@@ -9,6 +9,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "frames are written in memory layout");
 
+constexpr std::uint8_t kAsleep = 1;
+constexpr std::uint8_t kAboard = 2;
+
 template <typename T>
 void put(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -55,7 +58,8 @@ std::string FrameEncoder::encode(std::uint64_t tick, std::vector<SeenBody> bodie
   put_all(bytes, all, &SeenBody::orientation);
   put_all(bytes, all, &SeenBody::speed);
   put_all(bytes, all, &SeenBody::server);
-  put_all(bytes, all, &SeenBody::asleep);
+  for (const SeenBody& body : all)
+    put(bytes, static_cast<std::uint8_t>((body.asleep ? kAsleep : 0) | (body.aboard ? kAboard : 0)));
   return bytes;
 }
 

@@ -4,7 +4,8 @@
 // contacts):
 //
 //   kBodies    f64 id | f64 id of removed bodies | f32 x y z | f32 x y z w of the orientation | f32 m/s |
-//              u8 index of the server | u8 flags
+//              u8 index of the server | u8 flags:
+//              1 for what sleeps, 2 for what is aboard of a frame that moves
 //   kContacts  f32 x y z of the point | f32 x y z of the normal | f32 N s
 //
 // Points are in metres from the centre of the view's sector (page_view.h), along the world's axes.
@@ -42,6 +43,7 @@ struct SeenBody {
   float speed = 0;                     // of the centre of mass, m/s
   std::uint8_t server = 0;             // its index in the list of servers
   bool asleep = false;
+  bool aboard = false;  // of another frame than the view's
 
   friend bool operator==(const SeenBody&, const SeenBody&) = default;
 };

@@ -26,8 +26,7 @@ absl::StatusOr<json> tick_of(const absl::StatusOr<Tick>& tick) {
   return json{{"tick", *tick}};
 }
 
-absl::StatusOr<BodyName> body_of(const json& request) {
-  const json& body = request.at("body");
+absl::StatusOr<BodyName> body_of(const json& body) {
   if (body.is_string()) return body.get<std::string>();
   const absl::StatusOr<std::uint64_t> id = natural_from(body);
   if (!id.ok()) return absl::InvalidArgumentError(absl::StrCat("body: ", id.status().message()));
@@ -60,10 +59,69 @@ absl::StatusOr<Shape> shape_from(const json& request) {
   return box(size->x(), size->y(), size->z());
 }
 
-absl::StatusOr<json> spawn(Client& client, double sector_size, const json& request) {
-  const absl::StatusOr<WorldPosition> given = position_from(request);
-  if (!given.ok()) return given.status();
-  const absl::StatusOr<WorldPosition> position = canonical(given->sector, given->local, sector_size);
+absl::StatusOr<BodyFrame> one_frame(Client& client, const BodyFilter& filter) {
+  const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter, kRequestTimeout);
+  if (!stream.ok()) return stream.status();
+  return (*stream)->next(kRequestTimeout);
+}
+
+// A body where it is in its frame, and the turn from the axes of that to the world's.
+struct Aboard {
+  WorldPose pose;
+  Eigen::Quaterniond axes = Eigen::Quaterniond::Identity();
+};
+
+absl::StatusOr<FoundBody> named_or_numbered(Client& client, const BodyName& name) {
+  if (const auto* text = std::get_if<std::string>(&name)) return client.find(*text, kRequestTimeout);
+  BodyQuery query;
+  query.ids = {std::get<BodyId>(name)};
+  absl::StatusOr<FoundBodies> found = client.find_bodies(query, kRequestTimeout);
+  if (!found.ok()) return found.status();
+  if (found->bodies.empty())
+    return absl::NotFoundError(absl::StrCat("no body has the id ", query.ids[0].value));
+  return std::move(found->bodies.front());
+}
+
+absl::StatusOr<Aboard> aboard(Client& client, const WorldSettings& settings, const BodyName& name) {
+  const absl::StatusOr<FoundBody> body = named_or_numbered(client, name);
+  if (!body.ok()) return body.status();
+  BodyFilter filter{.ids = {body->id}};
+  for (const MovingFrame& frame : settings.frames) {
+    if (frame.carrier) filter.ids.push_back(frame.carrier->body);
+  }
+  const absl::StatusOr<BodyFrame> seen = one_frame(client, filter);
+  if (!seen.ok()) return seen.status();
+  const auto sample = std::ranges::find(seen->bodies, body->id, &BodySample::id);
+  if (sample == seen->bodies.end())
+    return absl::NotFoundError(absl::StrCat("no server reports the position of ", body->name));
+  SeenCarriers carriers(settings);
+  for (const BodySample& one : seen->bodies) carriers.see(one.id, one.pose);
+  const WorldPose origin{{{0, 0, 0, sample->pose.position.sector.frame}, Eigen::Vector3d::Zero()}};
+  const absl::StatusOr<WorldPose> outside = pose_in_frame(
+      settings, static_cast<double>(seen->tick) * settings.time_step, origin, kWorldFrame, carriers.poses());
+  if (!outside.ok()) return outside.status();
+  return Aboard{sample->pose, outside->orientation};
+}
+
+// Where a body is to be: at a position of the world, or away from another body, m along the axes of that, in
+// the frame of that.
+absl::StatusOr<WorldPosition> place_from(Client& client, const WorldSettings& settings, const json& request) {
+  if (!request.contains("beside")) {
+    const absl::StatusOr<WorldPosition> given = position_from(request);
+    return given.ok() ? canonical(given->sector, given->local, settings.sector_size) : given;
+  }
+  const absl::StatusOr<BodyName> name = body_of(request.at("beside"));
+  if (!name.ok()) return name.status();
+  const absl::StatusOr<Eigen::Vector3d> away = vector_from(request.at("away"));
+  if (!away.ok()) return away.status();
+  const absl::StatusOr<Aboard> body = aboard(client, settings, *name);
+  if (!body.ok()) return body.status();
+  const WorldPosition& from = body->pose.position;
+  return canonical(from.sector, from.local + body->pose.orientation * *away, settings.sector_size);
+}
+
+absl::StatusOr<json> spawn(Client& client, const WorldSettings& settings, const json& request) {
+  const absl::StatusOr<WorldPosition> position = place_from(client, settings, request);
   if (!position.ok()) return position.status();
   const absl::StatusOr<Shape> shape = shape_from(request.at("shape"));
   if (!shape.ok()) return shape.status();
@@ -73,13 +131,21 @@ absl::StatusOr<json> spawn(Client& client, double sector_size, const json& reque
   return json{{"body", spawned->id.value}, {"tick", spawned->tick}};
 }
 
-absl::StatusOr<json> push(Client& client, const json& request) {
-  const absl::StatusOr<Eigen::Vector3d> impulse = vector_from(request.at("impulse"));
+// Along the axes of the world, whatever frame the body is in.
+absl::StatusOr<json> push(Client& client, const WorldSettings& settings, const json& request) {
+  absl::StatusOr<Eigen::Vector3d> impulse = vector_from(request.at("impulse"));
   if (!impulse.ok()) return impulse.status();
-  const absl::StatusOr<Eigen::Vector3d> lever = vector_from(request.at("lever"));
+  absl::StatusOr<Eigen::Vector3d> lever = vector_from(request.at("lever"));
   if (!lever.ok()) return lever.status();
-  const absl::StatusOr<BodyName> body = body_of(request);
+  const absl::StatusOr<BodyName> body = body_of(request.at("body"));
   if (!body.ok()) return body.status();
+  if (!settings.frames.empty()) {
+    const absl::StatusOr<Aboard> pushed = aboard(client, settings, *body);
+    if (!pushed.ok()) return pushed.status();
+    const Eigen::Quaterniond back = pushed->axes.conjugate();
+    impulse = back * *impulse;
+    lever = back * *lever;
+  }
   return tick_of(client.apply_impulse(*body, *impulse, *lever, kRequestTimeout));
 }
 
@@ -101,12 +167,6 @@ absl::StatusOr<json> pick(Client& client, const json& request) {
   return found;
 }
 
-absl::StatusOr<BodyFrame> one_frame(Client& client, const BodyFilter& filter) {
-  const absl::StatusOr<std::unique_ptr<BodyStream>> stream = client.watch_bodies(filter, kRequestTimeout);
-  if (!stream.ok()) return stream.status();
-  return (*stream)->next(kRequestTimeout);
-}
-
 // One frame of the bodies that match `filter`, where they are in the world.
 absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const live::ClusterReport& report,
                                                   const BodyFilter& filter) {
@@ -123,19 +183,8 @@ absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const live::Cl
   return std::move(frame->bodies);
 }
 
-absl::StatusOr<FoundBody> named_or_numbered(Client& client, const BodyName& name) {
-  if (const auto* text = std::get_if<std::string>(&name)) return client.find(*text, kRequestTimeout);
-  BodyQuery query;
-  query.ids = {std::get<BodyId>(name)};
-  absl::StatusOr<FoundBodies> found = client.find_bodies(query, kRequestTimeout);
-  if (!found.ok()) return found.status();
-  if (found->bodies.empty())
-    return absl::NotFoundError(absl::StrCat("no body has the id ", query.ids[0].value));
-  return std::move(found->bodies.front());
-}
-
 absl::StatusOr<json> find(Client& client, const live::ClusterReport& report, const json& request) {
-  const absl::StatusOr<BodyName> name = body_of(request);
+  const absl::StatusOr<BodyName> name = body_of(request.at("body"));
   if (!name.ok()) return name.status();
   const absl::StatusOr<FoundBody> body = named_or_numbered(client, *name);
   if (!body.ok()) return body.status();
@@ -181,7 +230,7 @@ std::optional<NewBody> copy_of(Client& client, const FoundBody& body) {
 }
 
 absl::StatusOr<json> remove(const RequestContext& context, const json& request) {
-  const absl::StatusOr<BodyName> name = body_of(request);
+  const absl::StatusOr<BodyName> name = body_of(request.at("body"));
   if (!name.ok()) return name.status();
   const absl::StatusOr<FoundBody> body = named_or_numbered(context.client, *name);
   if (!body.ok()) return body.status();
@@ -230,10 +279,10 @@ absl::StatusOr<json> places(Client& client, const live::ClusterReport& report, d
 absl::StatusOr<json> carry_out(const RequestContext& context, const json& request) {
   const auto& [client, report, options, removed] = context;
   const std::string what = request.at("do").get<std::string>();
-  const double sector_size = report.cluster.settings ? report.cluster.settings->sector_size : 0;
+  const WorldSettings settings = report.cluster.settings.value_or(WorldSettings{});
   if (what == "pick") return pick(client, request);
   if (what == "find") return find(client, report, request);
-  if (what == "places") return places(client, report, sector_size);
+  if (what == "places") return places(client, report, settings.sector_size);
   if (what == "ground") return ground(client, report, request);
   if (what == "programs") return programs(client, request);
   if (what == "names") return names(client, request);
@@ -243,8 +292,8 @@ absl::StatusOr<json> carry_out(const RequestContext& context, const json& reques
   if (what == "pause") return tick_of(client.pause(kRequestTimeout));
   if (what == "resume") return resume(client, request);
   if (what == "step") return step(client, request);
-  if (what == "spawn") return spawn(client, sector_size, request);
-  if (what == "push") return push(client, request);
+  if (what == "spawn") return spawn(client, settings, request);
+  if (what == "push") return push(client, settings, request);
   if (what == "remove") return remove(context, request);
   if (what == "undo") return undo(context);
   if (what == "drive") return drive(client, request);

@@ -77,7 +77,8 @@ SeenBody PageView::see(const BodySample& body, std::uint8_t server, Tick tick) c
           floats(pose.orientation),
           static_cast<float>(body.linear_velocity.norm()),
           server,
-          body.asleep};
+          body.asleep,
+          body.pose.position.sector.frame != sector().frame};
 }
 
 bool PageView::holds(const SeenBody& body) const {

@@ -42,10 +42,12 @@ TEST(PageViewTest, BodiesOfOtherFramesAreWhereTheseAre) {
   body.pose.position = {{0, 0, 0, 1}, {1, 2, 3}};
   const PageView outside({{{1, 0, 0}, {0, 0, 0}}, 20}, with_train);
   EXPECT_THAT(outside.see(body, 2, 8).position, ElementsAre(120 + 1 - 128, 2, 3));
+  EXPECT_TRUE(outside.see(body, 2, 8).aboard);
   EXPECT_TRUE(outside.holds(outside.see(body, 2, 8)));
   EXPECT_FALSE(outside.holds(outside.see(body, 2, 0)));
   const PageView inside({{{0, 0, 0, 1}, {0, 0, 0}}, 20}, with_train);
   EXPECT_THAT(inside.see(body, 2, 8).position, ElementsAre(1, 2, 3));
+  EXPECT_FALSE(inside.see(body, 2, 8).aboard);
   body.pose.position = {{0, 0, 0}, {1, 2, 3}};
   EXPECT_THAT(inside.see(body, 2, 8).position, ElementsAre(1 - 120, 2, 3));
 }

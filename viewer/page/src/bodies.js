@@ -1,6 +1,6 @@
 // The bodies in view, with their poses from the frames. One draw call for each kind of shape and level of
 // detail.
-import {Group, Mesh, Quaternion, Raycaster, Vector3} from 'three';
+import {Group, Matrix3, Mesh, Quaternion, Raycaster, Vector3} from 'three';
 
 import {meshBatch, pointBatch} from './batch.js';
 import {uniforms} from './body_material.js';
@@ -16,7 +16,7 @@ export class Bodies {
   #looks = new Map();   // look id -> likewise: what is drawn of a body in the place of its shape
   #batches = new Map();  // by geometry and level of detail
   #forms = new Map();  // geometries by key, for drawing a body a second time
-  #shown = new Map();  // id -> {batch, slot, shape, level, info, speed, server, isAsleep}
+  #shown = new Map();  // id -> {batch, slot, shape, level, info, speed, server, isAsleep, isAboard}
   #moved = new Set();  // batches with motion in the last frame
   #mode = 'server';
   #selected = null;
@@ -148,6 +148,7 @@ export class Bodies {
     body.speed = frame.speeds[n];
     body.server = frame.servers[n];
     body.isAsleep = isAsleep;
+    body.isAboard = frame.aboard?.[n] === 1;
     for (let axis = 0; axis < 3; ++axis) batch.position1[3 * slot + axis] = frame.positions[3 * n + axis];
     for (let axis = 0; axis < 4; ++axis) batch.rotation1[4 * slot + axis] = frame.orientations[4 * n + axis];
     if (isNew) {
@@ -238,7 +239,7 @@ export class Bodies {
   look(id) {
     const body = this.#shown.get(id);
     if (!body) return null;
-    const {batch, slot, parts, info, speed, server, isAsleep} = body;
+    const {batch, slot, parts, info, speed, server, isAsleep, isAboard} = body;
     const local = [...batch.position1.subarray(3 * slot, 3 * slot + 3)];
     const orientation = [...batch.rotation1.subarray(4 * slot, 4 * slot + 4)];
     return {
@@ -248,6 +249,7 @@ export class Bodies {
       speed,
       server,
       isAsleep,
+      isAboard,
       position: {sector: this.view.sector, local},
       orientation
     };
@@ -267,23 +269,52 @@ export class Bodies {
     return this.#forms.get(drawn.key);
   }
 
-  // The first body that a ray hits, in the format of the server's answer to "pick". For recordings, which have
-  // no server.
-  pick({direction, length, ...from}) {
+  // The first body that a ray hits where it is drawn, in the format of the server's answer to "pick". For
+  // recordings, which have no server.
+  pick(ray) { return this.#pickAmong(this.#shown.keys(), ray); }
+
+  // The same among bodies aboard of frames that move, which the rays of the world do not meet. Until the server had
+  // looked for them, they would have moved on, too: so the hit has where the body is drawn.
+  pickAboard(ray) {
+    const isSolid = ([, {isAboard, shape}]) => isAboard && !shape.drawn.isTrigger;
+    const hit = this.#pickAmong([...this.#shown].filter(isSolid).map(([id]) => id), ray);
+    if (!hit.hit) return hit;
+    const {place, turn} = this.#drawnPose(this.#shown.get(hit.body));
+    const position = {sector: this.view.sector, local: place.toArray()};
+    return {...hit, drawn: {position, orientation: turn.toArray()}};
+  }
+
+  #pickAmong(ids, {direction, length, ...from}) {
     const origin = between(this.#origin, fromJson(from), this.view.sector_size);
     const caster = new Raycaster(new Vector3(...origin), new Vector3(...direction).normalize(), 0, length);
-    const hits = [...this.#shown.keys()].flatMap((id) => {
+    const mesh = new Mesh();
+    let first = null;
+    for (const id of ids) {
       const {geometry, size} = this.formOf(id);
-      const {position, orientation} = this.look(id);
-      const mesh = new Mesh(geometry);
-      mesh.matrixWorld.compose(
-          new Vector3(...position.local), new Quaternion(...orientation), new Vector3(...size));
-      return caster.intersectObject(mesh).map(({distance, point}) => ({id, distance, point}));
-    });
-    if (hits.length === 0) return {hit: false};
-    const {id, distance, point} = hits.reduce((a, b) => a.distance <= b.distance ? a : b);
+      const {place, turn} = this.#drawnPose(this.#shown.get(id));
+      mesh.geometry = geometry;
+      mesh.matrixWorld.compose(place, turn, new Vector3(...size));
+      const [hit] = caster.intersectObject(mesh);
+      if (!hit || first?.distance <= hit.distance) continue;
+      const normal = hit.face.normal.clone().applyNormalMatrix(new Matrix3().getNormalMatrix(mesh.matrixWorld));
+      first = {id, distance: hit.distance, point: hit.point, normal};
+    }
+    if (!first) return {hit: false};
+    const {id, distance, point, normal} = first;
     const place = moved(this.#origin, point.toArray(), this.view.sector_size);
-    return {hit: true, body: id, name: this.#known.get(id).name, distance, ...toJson(place)};
+    const {name} = this.#known.get(id);
+    return {hit: true, body: id, name, distance, normal: normal.toArray(), ...toJson(place)};
+  }
+
+  // Between the last two frames, as the picture has it.
+  #drawnPose({batch: {position0, position1, rotation0, rotation1}, slot}) {
+    const share = uniforms.uBlend.value;
+    const place = (positions) => new Vector3().fromArray(positions, 3 * slot);
+    const turn = (rotations) => new Quaternion().fromArray(rotations, 4 * slot);
+    return {
+      place: place(position0).lerp(place(position1), share),
+      turn: turn(rotation0).slerp(turn(rotation1), share),
+    };
   }
 
   get #origin() { return {sector: this.view.sector, local: [0, 0, 0]}; }

@@ -3,6 +3,9 @@
 const kHeaderBytes = 24;
 const kKeyFrame = 1;
 
+// The bits of each body as arrays.
+const flags = (bits) => ({asleep: bits.map((set) => set & 1), aboard: bits.map((set) => set >> 1 & 1)});
+
 export function decode(buffer) {
   const header = new DataView(buffer);
   const count = header.getUint32(8, true);
@@ -35,6 +38,6 @@ export function decode(buffer) {
     orientations: array(Float32Array, 4 * count),
     speeds: array(Float32Array, count),
     servers: array(Uint8Array, count),
-    asleep: array(Uint8Array, count),
+    ...flags(array(Uint8Array, count)),
   };
 }

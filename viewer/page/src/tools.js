@@ -1,5 +1,5 @@
 // Click tools: select, push, spawn, cast a ray. All use the cluster's own ray cast, so a click hits the
-// physical shape.
+// physical shape; of what is aboard of frames that move, they hit what is drawn.
 import {Quaternion, Vector3} from 'three';
 
 import {between, moved, toJson} from './position.js';
@@ -54,7 +54,10 @@ export class Tools {
     const {origin, direction} = this.picture.rayThrough(this.camera, view, event);
     const length = Math.max(kRayLengthMin, 6 * this.camera.distance);
     const from = moved({sector: view.sector, local: [0, 0, 0]}, origin, view.sector_size);
-    const hit = await this.source.ask('pick', {...toJson(from), direction, length});
+    const ray = {...toJson(from), direction, length};
+    const aboard = this.bodies.pickAboard(ray);
+    const outside = await this.source.ask('pick', ray);
+    const hit = aboard.hit && !(outside.distance < aboard.distance) ? aboard : outside;
     return {from, direction, length, hit: hit.hit ? {...hit, sector: hit.sector.map(BigInt)} : null};
   }
 
@@ -78,8 +81,9 @@ export class Tools {
   async _push({hit, direction}) {
     const body = hit && this.bodies.look(hit.body);
     if (body?.info.motion !== 'dynamic') return this.notify('only dynamic bodies can be pushed');
-    const centre = new Vector3(...body.info.centre).applyQuaternion(new Quaternion(...body.orientation));
-    const arm = between(body.position, hit, this.bodies.view.sector_size);
+    const {position, orientation} = hit.drawn ?? body;
+    const centre = new Vector3(...body.info.centre).applyQuaternion(new Quaternion(...orientation));
+    const arm = between(position, hit, this.bodies.view.sector_size);
     await this.source.ask('push', {
       body: hit.body,
       impulse: direction.map((x) => x * this.speed * body.info.mass),
@@ -100,9 +104,16 @@ export class Tools {
     const {shape, volume} = kSpawned[this.kind];
     const above = hit.normal.map((x) => x * (this.size * 0.55 + 0.01));
     const place = moved(hit, above, this.bodies.view.sector_size);
+    const where = hit.drawn ? this.#beside(hit, place) : toJson(place);
     const {body} = await this.source.ask(
-        'spawn', {...toJson(place), shape: shape(this.size), mass: kDensity * volume(this.size)});
+        'spawn', {...where, shape: shape(this.size), mass: kDensity * volume(this.size)});
     this.select(body);
+  }
+
+  // A place aboard, which goes along with the body that was hit: in the frame of that body.
+  #beside({body, drawn: {position, orientation}}, place) {
+    const away = new Vector3(...between(position, place, this.bodies.view.sector_size));
+    return {beside: body, away: away.applyQuaternion(new Quaternion(...orientation).invert()).toArray()};
   }
 
   _ray({from, direction, length, hit}) {

@@ -96,13 +96,14 @@ test('frames of bodies are decoded', () => {
   data.setFloat32(72, 1, true);
   data.setFloat32(76, 3, true);
   data.setUint8(80, 2);
-  data.setUint8(81, 1);
+  data.setUint8(81, 3);
   const frame = decode(buffer);
   assert.equal(frame.isKey, true);
   assert.equal(frame.tick, 99);
   assert.deepEqual([...frame.ids, ...frame.gone, ...frame.positions], [7, 8, 9, 1.5, 0, 0]);
   assert.deepEqual(
-      [...frame.orientations, ...frame.speeds, ...frame.servers, ...frame.asleep], [0, 0, 0, 1, 3, 2, 1]);
+      [...frame.orientations, ...frame.speeds, ...frame.servers, ...frame.asleep, ...frame.aboard],
+      [0, 0, 0, 1, 3, 2, 1, 1]);
 });
 
 // A row of bodies along x, of different distances and kinds.
@@ -114,7 +115,7 @@ const kRow = [
   {id: 5, x: 5002, shape: {kind: 'box', size: [1, 2, 3]}, motion: 'static'},
 ];
 
-function rowOfBodies() {
+function rowOfBodies(aboard = []) {
   const bodies = new Bodies();
   bodies.introduce({
     bodies: kRow.map(({id, motion = 'dynamic'}) => ({id, shape: id, motion})),
@@ -133,6 +134,7 @@ function rowOfBodies() {
     speeds: kRow.map(() => 1),
     servers: kRow.map(() => 0),
     asleep: kRow.map(() => 0),
+    aboard: kRow.map(({id}) => Number(aboard.includes(id))),
   };
   bodies.apply(frame, {sector: [0n, 0n, 0n], low: [0, 0, 0], sector_size: 128});
   return bodies;
@@ -149,6 +151,28 @@ function drawn({group}) {
   }
   return counts;
 }
+
+test('what is aboard of a frame that moves is hit where it is drawn', () => {
+  const ray = {sector: ['0', '0', '0'], local: [100, 5, 0], direction: [0, -1, 0], length: 20};
+  assert.deepEqual(rowOfBodies().pickAboard(ray), {hit: false}, 'the server looks for the others');
+  const bodies = rowOfBodies([2, 3]);
+  const hit = bodies.pickAboard(ray);
+  assert.equal(hit.body, 2);
+  assert.ok(Math.abs(hit.distance - 4.5) < 0.02 && hit.normal[1] > 0.95, JSON.stringify(hit));
+  assert.deepEqual(hit.drawn.position, {sector: [0n, 0n, 0n], local: [100, 0, 0]});
+  assert.deepEqual(bodies.pickAboard({...ray, local: [2, 5, 0]}), {hit: false}, 'it is in the world');
+  // Half way to where the next frame has it.
+  const frame = {
+    isKey: false, tick: 2, count: 1, gone: [], ids: [2], positions: [110, 0, 0], orientations: [0, 0, 0, 1],
+    speeds: [0], servers: [0], asleep: [0], aboard: [1],
+  };
+  bodies.apply(frame, bodies.view);
+  bodies.blend(performance.now() + bodies.frameMs / 2);
+  const {drawn} = bodies.pickAboard({...ray, local: [105, 5, 0]});
+  assert.ok(Math.abs(drawn.position.local[0] - 105) < 0.5, drawn.position.local);
+  bodies.blend(performance.now() + 1000);
+  assert.equal(bodies.pickAboard({...ray, local: [110, 5, 0]}).body, 2);
+});
 
 test('distant bodies are drawn as points, except static ones', () => {
   const bodies = rowOfBodies();
