@@ -26,20 +26,74 @@ Matrix3d gyroscopic(const Matrix3d& inertia, const Vector3d& spin) {
 
 }  // namespace
 
-Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time)
+// The motion of the outermost of the frames that one moves in: as the path or, in the tick that comes, the
+// carrier has it.
+class Felt::Outermost {
+ public:
+  Outermost(const WorldSettings& settings, const MovingFrame& moving, double time,
+            const CarriedFrame* carried)
+      : settings_(settings), frame_(outermost(settings, moving)), time_(time), carried_(carried) {
+    const auto* planet = std::get_if<CentralGravity>(&settings.gravity);
+    falls_ = carried == nullptr ? frame_.falls : planet != nullptr;
+    if (planet == nullptr) return;
+    const WorldPosition& from = carried == nullptr ? frame_.start.position : carried->place.origin;
+    from_centre_ = metres_from(*planet, from, settings.sector_size);
+    if (carried != nullptr)
+      pull_ = mean_pull(*planet, from_centre_, carried->place.velocity, settings.time_step);
+  }
+
+  bool falls() const { return falls_; }
+  // m, of where its ways are from, from the centre of a planet.
+  const Vector3d& from_centre() const { return from_centre_; }
+
+  // So many seconds after the beginning of the tick; where it falls, the acceleration is what is beyond that.
+  FrameMotion after(double seconds) const {
+    if (carried_ == nullptr) return motion_at(settings_, frame_, time_ + seconds);
+    const FramePlace& place = carried_->place;
+    const Vector3d turned = (place.spin + carried_->angular_acceleration * (seconds / 2)) * seconds;
+    FrameMotion motion;
+    motion.way = (place.velocity + carried_->acceleration * (seconds / 2)) * seconds;
+    motion.velocity = place.velocity + carried_->acceleration * seconds;
+    motion.acceleration = carried_->acceleration - pull_;
+    motion.orientation = (rotation_by(turned) * place.orientation).normalized();
+    motion.spin = place.spin + carried_->angular_acceleration * seconds;
+    motion.angular_acceleration = carried_->angular_acceleration;
+    return motion;
+  }
+
+  // What falling alone makes of it, if it falls.
+  FrameMotion fallen_after(double seconds) const {
+    if (!falls_) return {};
+    if (carried_ == nullptr) return after(seconds);
+    FrameMotion motion;
+    motion.way = (carried_->place.velocity + pull_ * (seconds / 2)) * seconds;
+    motion.velocity = carried_->place.velocity + pull_ * seconds;
+    return motion;
+  }
+
+ private:
+  const WorldSettings& settings_;
+  const MovingFrame& frame_;
+  double time_;
+  const CarriedFrame* carried_;
+  bool falls_ = false;
+  Vector3d from_centre_ = Vector3d::Zero();
+  Vector3d pull_ = Vector3d::Zero();  // m/s^2, of a planet on the carrier
+};
+
+Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time, const CarriedFrame* carried)
     : settings_(&settings), frame_(frame) {
   if (frame_ == kWorldFrame) return;
   const MovingFrame& moving = settings_->frames[frame_ - 1];
-  const MovingFrame& outer = outermost(*settings_, moving);
-  motion_ = motion_in_world(*settings_, moving, time);
-  falls_ = outer.falls;
+  const Outermost outer(*settings_, moving, time, carried);
+  motion_ = motion_in_world(*settings_, moving, time, outer.after(0));
+  falls_ = outer.falls();
   const Eigen::Quaterniond back = motion_.orientation.conjugate();
   spin_ = spin_after_ = back * motion_.spin;
-  turns_ = !motion_.spin.isZero(0);
-  if (const auto* planet = std::get_if<CentralGravity>(&settings_->gravity))
-    from_centre_ = metres_from(*planet, outer.start.position, settings_->sector_size);
+  turns_ = !motion_.spin.isZero(0) || carried != nullptr;
+  from_centre_ = outer.from_centre();
   if (falls_) {
-    const Vector3d fallen = motion_at(*settings_, outer, time).way;
+    const Vector3d fallen = outer.fallen_after(0).way;
     from_centre_ += fallen;
     from_outer_ = motion_.way - fallen;
   } else {
@@ -53,23 +107,19 @@ Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time)
   prepare();
 }
 
-void Felt::look_ahead(const MovingFrame& moving, const MovingFrame& outer, double time, bool has_keys) {
+void Felt::look_ahead(const MovingFrame& moving, const Outermost& outer, double time, bool has_keys) {
   const double dt = settings_->time_step;
-  const FrameMotion next = motion_in_world(*settings_, moving, time + dt);
+  const FrameMotion next = motion_in_world(*settings_, moving, time + dt, outer.after(dt));
   // Where the outermost frame falls, that is left out of both.
-  FrameMotion fallen;
-  FrameMotion fallen_next;
-  if (falls_) {
-    fallen = motion_at(*settings_, outer, time);
-    fallen_next = motion_at(*settings_, outer, time + dt);
-  }
+  const FrameMotion fallen = outer.fallen_after(0);
+  const FrameMotion fallen_next = outer.fallen_after(dt);
   const Vector3d velocity = motion_.velocity - fallen.velocity;
   const Vector3d next_velocity = next.velocity - fallen_next.velocity;
   const Eigen::Quaterniond back = felt_back_;
   FrameMotion grows = motion_;
   if (has_keys) {
     turns_ = true;
-    grows = motion_in_world(*settings_, moving, time + dt / 2);
+    grows = motion_in_world(*settings_, moving, time + dt / 2, outer.after(dt / 2));
     felt_back_ = grows.orientation.conjugate();
     felt_spin_ = felt_back_ * grows.spin;
     motion_.acceleration = (next_velocity - velocity) / dt;
@@ -181,13 +231,18 @@ Vector3d Felt::torque(const Matrix3d& inertia, const Vector3d& rate) const {
 std::vector<Felt> felt_in_frames(const WorldSettings& settings, std::uint64_t tick,
                                  std::span<const CarriedFrame> carried) {
   const double time = static_cast<double>(tick - std::min<std::uint64_t>(tick, 1)) * settings.time_step;
-  std::vector<Felt> felt;
-  auto next = carried.begin();
-  for (FrameNumber frame = kWorldFrame; frame <= settings.frames.size(); ++frame) {
-    if (next != carried.end() && next->frame == frame) {
-      felt.emplace_back(settings, *next++);
+  std::vector<Felt> felt = {Felt(settings, kWorldFrame, time)};
+  for (const MovingFrame& frame : settings.frames) {
+    const MovingFrame& outer = outermost(settings, frame);
+    const auto number = static_cast<FrameNumber>(felt.size());
+    const auto outer_number = static_cast<FrameNumber>(&outer - settings.frames.data() + 1);
+    const auto at = std::ranges::find(carried, outer_number, &CarriedFrame::frame);
+    if (at == carried.end()) {
+      felt.emplace_back(settings, number, time);
+    } else if (number == outer_number) {
+      felt.emplace_back(settings, *at);
     } else {
-      felt.emplace_back(settings, frame, time);
+      felt.emplace_back(settings, number, time, &*at);
     }
   }
   return felt;

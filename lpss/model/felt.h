@@ -16,8 +16,8 @@ namespace tessera {
 // In one frame at one time. All vectors are along the frame's axes.
 class Felt {
  public:
-  // `settings` outlives it.
-  Felt(const WorldSettings& settings, FrameNumber frame, double time);
+  // `settings` outlives it. `carried`: the outermost of the frames around it, if that has a carrier.
+  Felt(const WorldSettings& settings, FrameNumber frame, double time, const CarriedFrame* carried = nullptr);
   // In a frame with a carrier, which goes on as it has just moved: what it feels of a force comes a tick
   // late, but for the pull of a planet, around which it falls.
   Felt(const WorldSettings& settings, const CarriedFrame& carried);
@@ -62,10 +62,12 @@ class Felt {
   const std::array<std::int64_t, 3>& steps() const { return steps_; }
 
  private:
+  class Outermost;
+
   void prepare();
   // Of a frame that moves in another one, or along keys: what it does in the tick beyond what it goes on to
   // do from its beginning.
-  void look_ahead(const MovingFrame& moving, const MovingFrame& outer, double time, bool has_keys);
+  void look_ahead(const MovingFrame& moving, const Outermost& outer, double time, bool has_keys);
   // m, from the origin of the frame.
   Eigen::Vector3d place_of(const SectorIndex& home, const Eigen::Vector3d& position) const;
   // m/s^2, without what the turning of the frame makes of it; by `back` from the world's axes.

@@ -15,6 +15,7 @@ using Eigen::Vector3d;
 
 // Each round leaves at most half of the error, mostly less than a quarter.
 constexpr int kSmoothingRoundsMax = 100;
+constexpr double kUnitTolerance = 1e-14;
 
 // A cubic polynomial of time at one time, and its derivatives.
 struct Cubic {
@@ -257,7 +258,12 @@ FrameMotion motion_from_key(const std::vector<FrameKey>& keys, std::size_t at, d
 void smooth_keys(std::vector<FrameKey>& keys, bool loops) {
   const auto not_before = [](const FrameKey& a, const FrameKey& b) { return !(a.time < b.time); };
   if (keys.size() < 2 || std::ranges::adjacent_find(keys, not_before) != keys.end()) return;
-  for (FrameKey& key : keys) key.pose.orientation.normalize();
+  // What is known keeps its bits, however often it is read.
+  for (FrameKey& key : keys) {
+    Eigen::Quaterniond& orientation = key.pose.orientation;
+    if (std::abs(orientation.squaredNorm() - 1) > kUnitTolerance) orientation.normalize();
+  }
+  if (std::ranges::all_of(keys, [](const FrameKey& key) { return key.velocity && key.spin; })) return;
   Smoothing(keys, loops).run();
 }
 

@@ -114,10 +114,11 @@ const MovingFrame& outermost(const WorldSettings& settings, const MovingFrame& f
 
 // The motion of a point in a frame that itself turns and is accelerated (Goldstein, Classical Mechanics,
 // section 4.10).
-FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time) {
-  FrameMotion own = motion_at(settings, frame, time);
-  if (frame.parent() == kWorldFrame) return own;
-  const FrameMotion outer = motion_in_world(settings, settings.frames[frame.parent() - 1], time);
+FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time,
+                            const FrameMotion& outermost) {
+  if (frame.parent() == kWorldFrame) return outermost;
+  const FrameMotion own = motion_at(settings, frame, time);
+  const FrameMotion outer = motion_in_world(settings, settings.frames[frame.parent() - 1], time, outermost);
   const WorldPosition& start = frame.start.position;
   const Vector3d from_origin =
       outer.orientation *
@@ -136,6 +137,10 @@ FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& fr
   if (!own.angular_acceleration.isZero(0))
     motion.angular_acceleration += outer.orientation * own.angular_acceleration;
   return motion;
+}
+
+FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time) {
+  return motion_in_world(settings, frame, time, motion_at(settings, outermost(settings, frame), time));
 }
 
 Vector3d place_in_frame(const FramedBody& body, double sector_size) {

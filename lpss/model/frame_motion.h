@@ -39,6 +39,9 @@ const MovingFrame& outermost(const WorldSettings& settings, const MovingFrame& f
 // In the world frame, whose axes all is along: the way is from where the outermost frame starts. Its
 // acceleration is without that of gravity, if the outermost frame falls.
 FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time);
+// The same where the outermost frame moves so.
+FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time,
+                            const FrameMotion& outermost);
 
 // Where a frame is at one time, in its parent.
 struct FramePlace {

@@ -147,7 +147,6 @@ absl::Status parent_check(const MovingFrame& frame, const std::vector<MovingFram
   if (parent == kWorldFrame) return absl::OkStatus();
   if (parent > frames.size() || &frames[parent - 1] >= &frame)
     return refused("it must start in the world frame, or in a frame that is listed before it");
-  if (frames[parent - 1].carrier) return refused("it must not start in a frame that a body carries");
   if (frame.falls) return refused("it falls, and must start in the world frame");
   if (frame.carrier) return refused("it has a carrier, and must start in the world frame");
   return absl::OkStatus();

@@ -91,15 +91,17 @@ inline std::vector<BodyRecord> bodies_of(const Simulation& simulation) {
 
 // A body in sectors of the world frame.
 inline FramedBody outside(const Simulation& simulation, const BodyRecord& body) {
-  const FramedBody here{body.home, body.state};
-  if (body.home.frame == kWorldFrame) return here;
+  FramedBody seen{body.home, body.state};
   const Partition& partition = simulation.partition();
-  const auto carried = std::ranges::find(partition.carried, body.home.frame, &CarriedFrame::frame);
   const double time = static_cast<double>(simulation.tick()) * partition.dt();
-  const FramePlace place = carried != partition.carried.end()
-                               ? carried->place
-                               : *frame_place(partition.settings, body.home.frame, time);
-  return *out_of_frame(place, here, partition.sector_size());
+  while (seen.home.frame != kWorldFrame) {
+    const auto carried = std::ranges::find(partition.carried, seen.home.frame, &CarriedFrame::frame);
+    const FramePlace place = carried != partition.carried.end()
+                                 ? carried->place
+                                 : *frame_place(partition.settings, seen.home.frame, time);
+    seen = *out_of_frame(place, seen, partition.sector_size());
+  }
+  return seen;
 }
 
 // m, of a point of a body from the origin of the world; the point relative to its centre, along its axes.

@@ -1,6 +1,9 @@
-// Frames that follow keys, whose acceleration changes within each tick.
+// Frames that follow keys, whose acceleration changes within each tick, and frames in those that bodies
+// carry.
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "lpss/base/rotation.h"
@@ -25,6 +28,11 @@ MovingFrame gondola() {
                 {8, {}, {}, {}}};
   smooth_keys(frame.keys, frame.loops);
   return frame;
+}
+
+void add_cube(WorldBuilder& builder, const Vector3d& place = Vector3d::Zero()) {
+  const std::string name = "cube" + std::to_string(builder.world().bodies.size());
+  builder.add(name, builder.shape(Box{{1, 1, 1}}), 10, place);
 }
 
 TEST(KeyedFrames, BitsDoNotDependOnServersOrPlace) {
@@ -89,6 +97,70 @@ TEST(KeyedFrames, WhatLeavesOneGoesOnAsItWasSeen) {
   EXPECT_EQ(ball.home.frame, kWorldFrame);
   EXPECT_LT((Vector3d(ball.state.linear_velocity.data()) - Vector3d(0.4, 0.1, 0)).norm(), 1e-4);
   EXPECT_LT((seen_from_outside(*simulation, ball) - start - Vector3d(1.8, 0.45, 0)).norm(), 1e-3);
+}
+
+// --- in a frame that a body carries ---
+
+// A hull, its frame, and a table aboard, which is a frame in that one; what `fill` adds is on the table.
+WorldDescription with_table(const Vector3d& spin_of_hull, const Vector3d& spin_of_table,
+                            const std::function<void(WorldBuilder&)>& fill) {
+  WorldBuilder hull(settings_of(16, Vector3d::Zero()));
+  BodyDescription& body = hull.add("hull", hull.shape(Box{{2, 2, 2}}), 1e5, {3, -2, 50});
+  body.linear_velocity = {20, 1, 0};
+  body.angular_velocity = spin_of_hull;
+  MovingFrame deck;
+  deck.name = "deck";
+  deck.carrier = FrameCarrier{BodyId{1}, {{0, 0, 1}, Eigen::Quaterniond::Identity()}};
+  MovingFrame table;
+  table.name = "table";
+  table.start = {{{0, 0, 0, 1}, {2, 1, 0}}, rotation_by({0, 0, 0.5})};
+  table.spin = spin_of_table;
+  WorldBuilder aboard(settings_of(16));
+  fill(aboard);
+  WorldDescription contents = aboard.world();
+  for (BodyDescription& thing : contents.bodies) thing.pose.position.sector.frame = 2;
+  WorldDescription world = hull.world();
+  world.settings.frames = {deck, table};
+  add_all(contents, world);
+  place_carried(world);
+  return world;
+}
+
+TEST(FramesInCarriedOnes, WhatFliesGoesStraightOutside) {
+  const auto simulation = simulation_of(with_table({0, 0, 0.2}, {0.4, 0, 0}, [](WorldBuilder& builder) {
+    builder.add("ball", builder.shape(Sphere{0.2}), 1, {1, 0, 2}).linear_velocity = {0.5, 1, 0};
+  }));
+  simulation->step();
+  const auto seen = [&] { return seen_from_outside(*simulation, body_of(*simulation, 2)); };
+  const Vector3d start = seen();
+  const FramedBody ball = outside(*simulation, body_of(*simulation, 2));
+  run_for(*simulation, 4);
+  const Vector3d right = start + 4 * Vector3d(ball.state.linear_velocity.data());
+  EXPECT_LT((seen() - right).norm(), 5e-3);
+}
+
+TEST(FramesInCarriedOnes, WhatIsFeltOnATableThatStandsIsThatOfTheDeck) {
+  const WorldDescription world =
+      with_table({0, 0.1, 0.2}, Vector3d::Zero(), [](WorldBuilder& builder) { add_cube(builder); });
+  const auto simulation = simulation_of(world);
+  ApplyForce thrust{BodyId{1}, {}};
+  thrust.wrench.force = {3e5, 0, 1e5};
+  const std::vector<Command> commands = {thrust};
+  for (int tick = 0; tick < 60; ++tick) simulation->step(commands);
+  const std::vector<Felt>& felt = simulation->partition().felt;
+  const Vector3d on_deck = felt[1].at({0, 0, 0, 1}, {2, 1, 0}, true);
+  const Vector3d on_table = felt[2].at({0, 0, 0, 2}, Vector3d::Zero(), true);
+  EXPECT_GT(on_deck.norm(), 2);
+  EXPECT_LT((rotation_by({0, 0, 0.5}) * on_table - on_deck).norm(), 1e-6);
+}
+
+TEST(FramesInCarriedOnes, BitsDoNotDependOnServers) {
+  const WorldDescription world = with_table({0, 0.1, 0.2}, {0.3, 0, 1}, [](WorldBuilder& builder) {
+    builder.add_floor(6, 0);
+    for (int n = 0; n < 6; ++n) add_cube(builder, {1.2 * n - 3, 0, 0.6});
+  });
+  const std::vector<WorldHash> one = hashes_of(world, 1, 200);
+  EXPECT_EQ(first_difference(one, hashes_of(world, 3, 200)), one.size());
 }
 
 }  // namespace

@@ -43,6 +43,15 @@ bool may_turn(const Partition& partition, const Sector& sector) {
          (frame != kWorldFrame && partition.settings.frames[frame - 1].carrier);
 }
 
+// The frame with a carrier that this one moves in; null if there is none.
+const CarriedFrame* carried_around(const Partition& partition, FrameNumber frame) {
+  const WorldSettings& settings = partition.settings;
+  const MovingFrame& outer = outermost(settings, settings.frames[frame - 1]);
+  const auto number = static_cast<FrameNumber>(&outer - settings.frames.data() + 1);
+  const auto found = std::ranges::find(partition.carried, number, &CarriedFrame::frame);
+  return number == frame || found == partition.carried.end() ? nullptr : &*found;
+}
+
 void feel(const Partition& partition, Sector& sector, const HomeBody& body) {
   if (body.properties.motion != Motion::kDynamic) return;
   const Felt& felt = partition.felt_in(sector.index);
@@ -99,18 +108,24 @@ bool begin_frames(Partition& partition, Tick tick) {
   if (partition.settings.frames.empty()) return false;
   const std::vector<Felt> before =
       std::exchange(partition.felt, felt_in_frames(partition.settings, tick, partition.carried));
-  bool is_changed = false;
+  std::vector<bool> is_changed(partition.felt.size());
   for (FrameNumber frame = kWorldFrame + 1; frame < partition.felt.size(); ++frame) {
     if (!partition.felt[frame].is_as(before[frame])) ++partition.felt_changes[frame];
     const auto carried = std::ranges::find(partition.carried, frame, &CarriedFrame::frame);
     const bool is_carried = carried != partition.carried.end();
     const auto& now = partition.felt[frame].steps();
-    const auto last = is_carried ? std::exchange(carried->felt, now) : before[frame].steps();
-    if (now == last) continue;
-    is_changed = true;
-    wake_all(partition, frame);
+    auto last = is_carried ? std::exchange(carried->felt, now) : before[frame].steps();
+    const CarriedFrame* const around = carried_around(partition, frame);
+    // What was felt before is not in snapshots: as the carrier is now, a tick earlier.
+    if (around != nullptr) {
+      const double time = static_cast<double>(tick - std::min<Tick>(tick, 2)) * partition.dt();
+      last = Felt(partition.settings, frame, time, around).steps();
+      is_changed[frame] = is_changed[around->frame];
+    }
+    is_changed[frame] = is_changed[frame] || now != last;
+    if (is_changed[frame]) wake_all(partition, frame);
   }
-  return is_changed;
+  return std::ranges::find(is_changed, true) != is_changed.end();
 }
 
 void set_felt(Partition& partition, Tick tick) {

@@ -128,9 +128,10 @@ std::vector<BadFrame> bad_frames() {
       {"ThatFallsInFrame",
        world("<tessera:frame name='f'><tessera:frame name='g' falls='true'/></tessera:frame>"),
        {"frame 'g'", "it falls, and must start in the world frame"}},
-      {"InCarried",
-       world(ship() + "<tessera:frame name='f' carrier='ship::l'><tessera:frame name='g'/></tessera:frame>"),
-       {"frame 'g'", "must not start in a frame that a body carries"}},
+      {"CarriedInCarried",
+       world(ship() + "<tessera:frame name='f' carrier='ship::l'><tessera:frame name='g' "
+                      "carrier='ship::l'/></tessera:frame>"),
+       {"frame 'g'", "it has a carrier, and must start in the world frame"}},
       {"Attribute", world("<tessera:frame name='f' speed='1'/>"), {"unknown attribute 'speed'"}},
       {"Fast", world("<tessera:frame name='f' velocity='4e8 0 0'/>"), {"frame 'f'", "velocity", "3e+08 m/s"}},
       {"Falls", world("<tessera:frame name='f' falls='yes'/>"), {"'yes' must be false or true"}},

@@ -477,6 +477,38 @@ test('an empty cluster offers worlds, and loads the one that is chosen', async (
   }
 });
 
+test('what is aboard of a frame that moves is selected, pushed and joined by clicks', async () => {
+  await tessera(cluster.address, 'load', join(process.env.TESSERA_WORLDS_FOLDER, 'train.sdf'), '--replace');
+  await page.waitForFunction(() => {
+    const {bodies} = window.tessera;
+    return [...bodies.ids].some((id) => bodies.look(id).info.name === 'crate_2::crate');
+  });
+  await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 60}));
+  await page.waitForFunction(() => window.tessera.bodies.tick === 60);
+  await jumpTo('crate_2::crate');
+  await page.keyboard.press('Escape');
+  await clickInTheMiddle();
+  await page.waitForFunction(() => window.tessera.state.selected !== null);
+  assert.equal(await selected(), 'crate_2::crate');
+  await page.click('[data-tool=spawn]');
+  await clickInTheMiddle();
+  const isAboard = () => {
+    const {bodies, state} = window.tessera;
+    const body = bodies.look(state.selected);
+    return body !== null && body.info.name !== 'crate_2::crate' && body.isAboard;
+  };
+  await stepUntil(isAboard);
+  await page.evaluate(() => window.tessera.connection.ask('remove', {body: window.tessera.state.selected}));
+  await page.click('[data-tool=push]');
+  await clickInTheMiddle();
+  await stepUntil(() => {
+    const {bodies} = window.tessera;
+    const id = [...bodies.ids].find((one) => bodies.look(one).info.name === 'crate_2::crate');
+    return bodies.look(id).speed > 0.5;
+  });
+  await page.click('[data-tool=select]');
+});
+
 test('ground without an end is drawn, where rays of the cluster meet it', async () => {
   await tessera(cluster.address, 'load', join(process.env.TESSERA_WORLDS_FOLDER, 'globe.sdf'), '--replace');
   await page.waitForFunction(() => {

@@ -158,7 +158,7 @@ test('what is aboard of a frame that moves is hit where it is drawn', () => {
   const bodies = rowOfBodies([2, 3]);
   const hit = bodies.pickAboard(ray);
   assert.equal(hit.body, 2);
-  assert.ok(Math.abs(hit.distance - 4.5) < 0.02 && hit.normal[1] > 0.95, JSON.stringify(hit));
+  assert.ok(Math.abs(hit.distance - 4.5) < 0.02 && hit.normal[1] > 0.95, `${hit.distance} ${hit.normal}`);
   assert.deepEqual(hit.drawn.position, {sector: [0n, 0n, 0n], local: [100, 0, 0]});
   assert.deepEqual(bodies.pickAboard({...ray, local: [2, 5, 0]}), {hit: false}, 'it is in the world');
   // Half way to where the next frame has it.
