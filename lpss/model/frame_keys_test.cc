@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStep = 1e-5;  // s
+constexpr double kInstant = 1e-5;  // s
 
 MovingFrame along(std::vector<FrameKey> keys, bool loops = false) {
   MovingFrame frame;
@@ -58,16 +58,18 @@ TEST(FrameKeys, VelocitiesAndAccelerationsAreDerivatives) {
   for (const bool loops : {false, true}) {
     const MovingFrame frame = winding(loops);
     for (double time = 0.1; time < 3 * frame.keys.back().time; time += 0.237) {
-      const FrameMotion before = motion_along_keys(frame, time - kStep);
+      const FrameMotion before = motion_along_keys(frame, time - kInstant);
       const FrameMotion now = motion_along_keys(frame, time);
-      const FrameMotion after = motion_along_keys(frame, time + kStep);
-      EXPECT_LT(((after.way - before.way) / (2 * kStep) - now.velocity).norm(), 1e-6) << time;
+      const FrameMotion after = motion_along_keys(frame, time + kInstant);
+      EXPECT_LT(((after.way - before.way) / (2 * kInstant) - now.velocity).norm(), 1e-6) << time;
       const Vector3d turned = rotation_vector(after.orientation * before.orientation.conjugate());
-      EXPECT_LT((turned / (2 * kStep) - now.spin).norm(), 1e-7) << time;
+      EXPECT_LT((turned / (2 * kInstant) - now.spin).norm(), 1e-7) << time;
       // Where they jump, at both ends of a path that does not loop, differences say nothing.
-      if (!loops && std::abs(time - frame.keys.back().time) < 2 * kStep) continue;
-      EXPECT_LT(((after.velocity - before.velocity) / (2 * kStep) - now.acceleration).norm(), 1e-3) << time;
-      EXPECT_LT(((after.spin - before.spin) / (2 * kStep) - now.angular_acceleration).norm(), 1e-3) << time;
+      if (!loops && std::abs(time - frame.keys.back().time) < 2 * kInstant) continue;
+      EXPECT_LT(((after.velocity - before.velocity) / (2 * kInstant) - now.acceleration).norm(), 1e-3)
+          << time;
+      EXPECT_LT(((after.spin - before.spin) / (2 * kInstant) - now.angular_acceleration).norm(), 1e-3)
+          << time;
     }
   }
 }
@@ -112,8 +114,9 @@ TEST(FrameKeys, TwoAreACubic) {
 TEST(FrameKeys, VelocitiesThatAreGivenHold) {
   const Vector3d velocity(1, 2, 3);
   const Vector3d spin(0, 0.5, 0);
-  const MovingFrame frame =
-      along({{0, {}, {}, {}}, {1, {{1, 0, 0}, {}}, velocity, spin}, {2, {}, velocity, spin}});
+  const MovingFrame frame = along({{0, {}, {}, {}},
+                                   {1, {{1, 0, 0}, Eigen::Quaterniond::Identity()}, velocity, spin},
+                                   {2, {}, velocity, spin}});
   EXPECT_EQ(motion_along_keys(frame, 1).velocity, velocity);
   EXPECT_LT((motion_along_keys(frame, 1).spin - spin).norm(), 1e-15);
   const FrameMotion later = motion_along_keys(frame, 6);
@@ -125,7 +128,9 @@ TEST(FrameKeys, VelocitiesThatAreGivenHold) {
 // round.
 TEST(FrameKeys, NoDistanceAndNoTimeCostsPrecision) {
   WorldSettings settings;
-  settings.frames = {along({{0, {}, {}, {}}, {2, {{3, 4, 0}, {}}, {}, {}}, {8, {}, {}, {}}}, /*loops=*/true)};
+  settings.frames = {
+      along({{0, {}, {}, {}}, {2, {{3, 4, 0}, Eigen::Quaterniond::Identity()}, {}, {}}, {8, {}, {}, {}}},
+            /*loops=*/true)};
   WorldPosition& start = settings.frames[0].start.position;
   const FramePlace near = *frame_place(settings, 1, 1.5);
   start.sector = {std::int64_t{1} << 62, -(std::int64_t{1} << 61), 0};

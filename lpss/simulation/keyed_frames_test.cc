@@ -69,7 +69,7 @@ TEST(KeyedFrames, WhatFliesGoesOnAParabolaOutside) {
 // As a lift starts and stops.
 TEST(KeyedFrames, WhatStandsInALiftIsPressedAndRelievedAndSleepsAtTheTop) {
   MovingFrame lift = frame_at(Vector3d::Zero());
-  lift.keys = {{0, {}, {}, {}}, {4, {{0, 0, 16}, {}}, {}, {}}};
+  lift.keys = {{0, {}, {}, {}}, {4, {{0, 0, 16}, Eigen::Quaterniond::Identity()}, {}, {}}};
   smooth_keys(lift.keys, lift.loops);
   WorldBuilder builder(settings_of(16));
   builder.add_floor(10, 0);
