@@ -270,6 +270,7 @@ const std::vector<GoldenScene>& golden_scenes() {
       from_file("workshop", 300),
       from_file("tower", 180),
       from_file("train", 840),
+      from_file("tram", 900),
       from_file("zones", 180),
       made("tower_over_seams", 240,
            [] {
