@@ -5,8 +5,10 @@
 #include <absl/strings/str_join.h>
 #include <absl/strings/string_view.h>
 
+#include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -59,7 +61,53 @@ CLI::ExtrasError unknown_arguments(const CLI::App& command, const std::vector<st
   std::ranges::copy_if(unknown, std::back_inserter(named), is_option);
   if (named.empty()) named = unknown;
   for (std::string& argument : named) argument = with_guess(command, argument);
+  std::ranges::reverse(named);  // as CLI11 reads them
   return CLI::ExtrasError(std::move(named));
+}
+
+// "tessera keys create"
+std::string full_name(const CLI::App& command) {
+  const CLI::App* const parent = command.get_parent();
+  return parent == nullptr ? command.get_name() : absl::StrCat(full_name(*parent), " ", command.get_name());
+}
+
+// A longer list is left to the help.
+constexpr std::size_t kOptionsListedMax = 24;
+
+// What a command takes: "Usage: tessera load [OPTIONS] world", and the names of its options.
+std::string usage_of(const CLI::App& command) {
+  const CLI::Formatter formatter;
+  std::string required;
+  std::string places;
+  std::vector<std::string> others;
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_positional()) {
+      absl::StrAppend(&places, " ", formatter.make_option_usage(option));
+    } else if (option->get_required()) {
+      absl::StrAppend(&required, " ", option->get_name(), " ", option->get_type_name());
+    } else if (option != command.get_help_ptr() && !option->get_group().empty()) {  // which hides it
+      others.push_back(option->get_name());
+    }
+  }
+  if (!commands_of(command).empty()) absl::StrAppend(&places, " COMMAND");
+  std::string usage =
+      absl::StrCat("Usage: ", full_name(command), required, others.empty() ? "" : " [OPTIONS]", places, "\n");
+  if (!others.empty() && others.size() <= kOptionsListedMax)
+    absl::StrAppend(&usage, "Options: ", absl::StrJoin(others, ", "), "\n");
+  return usage;
+}
+
+// Whether too much has been given, or too little.
+bool is_of_usage(const CLI::Error& error) {
+  const auto is = [&](CLI::ExitCodes code) { return error.get_exit_code() == static_cast<int>(code); };
+  return is(CLI::ExitCodes::ExtrasError) || is(CLI::ExitCodes::RequiredError) ||
+         is(CLI::ExitCodes::ArgumentMismatch);
+}
+
+std::string failure_message(const CLI::App* app, const CLI::Error& error) {
+  const CLI::App& command = named_last(*app);
+  return absl::StrCat(error.what(), "\n", is_of_usage(error) ? usage_of(command) : "", "Run ",
+                      full_name(command), " --help for more information.\n");
 }
 
 }  // namespace
@@ -75,6 +123,7 @@ CLI::Validator number_within(double low, double high) {
 }
 
 void parse_command_line(CLI::App& app, int argc, char** argv) {
+  app.failure_message(failure_message);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ExtrasError&) {

@@ -10,7 +10,8 @@ namespace tessera {
 CLI::Validator number_within(double low, double high);
 
 // As CLI::App::parse(). An argument that nobody knows is told before one that is missing, which it may be,
-// misspelt; with the nearest option or command, if one is near.
+// misspelt; with the nearest option or command, if one is near. After an argument that nobody knows, or that
+// is missing, app.exit() prints what the command takes.
 void parse_command_line(CLI::App& app, int argc, char** argv);
 
 }  // namespace tessera

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -16,19 +17,25 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// What is wrong with the arguments of a program with two commands, one of which has an option.
-std::string error_of(std::vector<std::string> arguments) {
-  CLI::App app;
+// What is wrong with the arguments of a program with two commands, one of which has options.
+std::string error_of(std::vector<std::string> arguments, std::string* printed = nullptr) {
+  CLI::App app("", "program");
   app.require_subcommand(1);
   double seconds = 0;
   app.add_subcommand("run")->add_option("--seconds,-s", seconds)->check(number_within(0, 1e9));
-  app.add_subcommand("spawn")->add_option("body")->required();
+  CLI::App& spawn = *app.add_subcommand("spawn");
+  spawn.add_option("body")->required();
+  spawn.add_option("--mass", seconds)->required();
+  spawn.add_flag("--fixed");
   arguments.insert(arguments.begin(), "program");
   std::vector<char*> all;
   for (std::string& argument : arguments) all.push_back(argument.data());
   try {
     parse_command_line(app, static_cast<int>(all.size()), all.data());
   } catch (const CLI::ParseError& error) {
+    std::ostringstream out;
+    app.exit(error, out, out);
+    if (printed != nullptr) *printed = out.str();
     return error.what();
   }
   return "";
@@ -42,6 +49,8 @@ TEST(ParseCommandLine, TellsWhatWasMeant) {
             "The following argument was not expected: --secnds=3 (did you mean --seconds?)");
   EXPECT_EQ(error_of({"rum"}),
             "The following argument was not expected: rum (did you mean run?)\nThere are: run, spawn");
+  EXPECT_EQ(error_of({"run", "one", "two", "three"}),
+            "The following arguments were not expected: one two three");
 }
 
 TEST(ParseCommandLine, NumbersAreWithinTheirBounds) {
@@ -62,6 +71,26 @@ TEST(ParseCommandLine, GuessesNothingFarFetched) {
 TEST(ParseCommandLine, TellsWhatIsUnknownBeforeWhatIsMissing) {
   EXPECT_EQ(error_of({"spawn", "--bdoy"}), "The following argument was not expected: --bdoy");
   EXPECT_EQ(error_of({"spawn"}), "body is required");
+}
+
+TEST(ParseCommandLine, PrintsWhatTheCommandTakes) {
+  const auto printed = [](const std::vector<std::string>& arguments) {
+    std::string text;
+    error_of(arguments, &text);
+    return text;
+  };
+  EXPECT_EQ(printed({"spawn", "box", "ball", "--mass", "1"}),
+            "The following argument was not expected: ball\n"
+            "Usage: program spawn --mass FLOAT [OPTIONS] body\n"
+            "Options: --fixed\n"
+            "Run program spawn --help for more information.\n");
+  EXPECT_THAT(printed({"spawn", "--mass", "1"}),
+              testing::HasSubstr("body is required\nUsage: program spawn --mass FLOAT [OPTIONS] body\n"));
+  EXPECT_THAT(printed({"run", "--seconds"}),
+              testing::HasSubstr("Usage: program run [OPTIONS]\nOptions: --seconds\n"));
+  EXPECT_THAT(printed({}), testing::HasSubstr("Usage: program COMMAND\n"));
+  EXPECT_EQ(printed({"run", "--seconds", "nan"}),
+            "--seconds: Value nan is not a number\nRun program run --help for more information.\n");
 }
 
 TEST(Options, TakeLabelsBetweenCommas) {

@@ -277,6 +277,8 @@ TEST(CommandLineTest, UnknownArgumentsAreNamedAlsoWhereOthersAreMissing) {
   }
   EXPECT_THAT(run_tessera({"nonsense"}).output, HasSubstr("nonsense"));
   EXPECT_THAT(run_tessera({"run"}).output, HasSubstr("world, or --from FILE, is required"));
+  EXPECT_THAT(run_tessera({"spawn", "box"}).output,
+              HasSubstr("Usage: tessera spawn [OPTIONS]\nOptions: --name, --shape, --model, --at"));
 }
 
 TEST(CommandLineTest, EveryCommandHasHelpWithAnExample) {

@@ -8,6 +8,7 @@
 
 #include "daemon/end_signals.h"
 #include "daemon/options.h"
+#include "daemon/parse_command_line.h"
 
 namespace tessera::live {
 
@@ -25,7 +26,7 @@ int run_client(CLI::App& app, int argc, char** argv, const ClientOptions& option
                const std::function<absl::Status(Client& client, const std::function<void()>& wait)>& serve) {
   add_version_flag(app);
   try {
-    app.parse(argc, argv);
+    parse_command_line(app, argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
