@@ -30,6 +30,7 @@ const Program& pid_program();
 const Program& portal_program();
 const Program& pose_program();
 const Program& ranger_program();
+const Program& relay_program();
 const Program& satellite_program();
 const Program& thruster_program();
 const Program& touch_program();
@@ -44,42 +45,17 @@ const Program& wind_program();
 const Program& wing_program();
 
 // Ascending by kind.
-inline std::array<const Program*, 35> builtin_programs() {
-  return {&ackermann_program(),
-          &altimeter_program(),
-          &barometer_program(),
-          &belt_program(),
-          &breaker_program(),
-          &camera_program(),
-          &character_program(),
-          &diff_drive_program(),
-          &field_program(),
-          &floater_program(),
-          &hydrodynamics_program(),
-          &imu_program(),
-          &load_program(),
-          &logical_camera_program(),
-          &magnetometer_program(),
-          &motorcycle_program(),
-          &mover_program(),
-          &multicopter_program(),
-          &pad_program(),
-          &pid_program(),
-          &portal_program(),
-          &pose_program(),
-          &ranger_program(),
-          &satellite_program(),
-          &thruster_program(),
-          &touch_program(),
-          &tracks_program(),
-          &trajectory_program(),
-          &treads_program(),
-          &vehicle_program(),
-          &velocity_control_program(),
-          &wander_program(),
-          &waypoints_program(),
-          &wind_program(),
-          &wing_program()};
+inline std::array<const Program*, 36> builtin_programs() {
+  return {
+      &ackermann_program(),  &altimeter_program(),      &barometer_program(),     &belt_program(),
+      &breaker_program(),    &camera_program(),         &character_program(),     &diff_drive_program(),
+      &field_program(),      &floater_program(),        &hydrodynamics_program(), &imu_program(),
+      &load_program(),       &logical_camera_program(), &magnetometer_program(),  &motorcycle_program(),
+      &mover_program(),      &multicopter_program(),    &pad_program(),           &pid_program(),
+      &portal_program(),     &pose_program(),           &ranger_program(),        &relay_program(),
+      &satellite_program(),  &thruster_program(),       &touch_program(),         &tracks_program(),
+      &trajectory_program(), &treads_program(),         &vehicle_program(),       &velocity_control_program(),
+      &wander_program(),     &waypoints_program(),      &wind_program(),          &wing_program()};
 }
 
 }  // namespace tessera

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "lpss/base/portable_math.h"
+#include "lpss/model/limits.h"
 #include "lpss/programs/builtin.h"
+#include "lpss/programs/measuring.h"
 #include "lpss/programs/numbers.h"
 #include "lpss/programs/places.h"
 
@@ -18,7 +20,7 @@ namespace {
 
 constexpr std::size_t kBodiesMax = 32;
 
-enum class Parameter { kX, kY, kZ, kRoll, kPitch, kYaw, kNear, kFar, kAngle, kAspect };
+enum class Parameter { kX, kY, kZ, kRoll, kPitch, kYaw, kNear, kFar, kAngle, kAspect, kBody };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"x", "m", 0, -1e3, 1e3, "Where it is in the body frame,"},
     {"y", "m", 0, -1e3, 1e3, "along its y axis,"},
@@ -30,6 +32,8 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"far", "m", 5, 1e-3, 1e3, "and no farther away than this."},
     {"angle", "rad", 1.047, 0.01, 3.1, "Its field of view from the left to the right."},
     {"aspect", "", 1.333, 1e-3, 1e3, "By how much the field of view is wider than high."},
+    {"body", kBodyUnit, 0, 0, static_cast<double>(kBodyIdMax),
+     "The body in whose triggers it looks; 0: the own one."},
 });
 
 enum class Value { kCount, kBody, kX = 1 + kBodiesMax, kY = kX + kBodiesMax, kZ = kY + kBodiesMax };
@@ -47,7 +51,7 @@ std::span<const NumberSpec> value_table() {
         "The bodies that it sees, the nearest to the own one first; 0: no more.",
         "Their centres of mass from the camera: along its line of sight,", "to its left,", "and upwards."};
     std::vector<NumberSpec> table = {
-        {"count", "", 0, 0, 0, "How many dynamic bodies it sees, of those in the triggers of its body."}};
+        {"count", "", 0, 0, 0, "How many dynamic bodies it sees, of those in the triggers of that body."}};
     for (std::size_t n = 0; n < kNames.size(); ++n) {
       const std::size_t what = n / kBodiesMax;
       table.push_back({kNames[n], what == 0 ? kBodyUnit : "m", 0, 0, 0, kMeanings.at(what)});
@@ -70,9 +74,12 @@ class LogicalCamera final : public Program {
   std::span<const NumberSpec> inputs() const override { return {}; }
   std::span<const NumberSpec> values() const override { return value_table(); }
 
-  void ask(const Senses&, std::span<const double>, Asker& asker) const override { asker.visitors(); }
+  void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
+    asker.visitors(body_or_own(senses, Parameter::kBody));
+  }
 
-  void run(const Senses& senses, std::span<double> values, Actor&) const override {
+  void run(const Senses& senses, std::span<double> values, Actor& actor) const override {
+    keep_measuring(senses, actor);
     const Eigen::Quaterniond body = senses.orientation();
     const Eigen::Vector3d eye =
         senses.position() + lever_of(senses, body, Eigen::Vector3d(senses.parameters.data()));

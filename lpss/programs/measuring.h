@@ -4,9 +4,23 @@
 #include <cmath>
 #include <cstdint>
 
-#include "lpss/model/body.h"
+#include "lpss/programs/numbers.h"
+#include "lpss/programs/program.h"
 
 namespace tessera {
+
+// The body that a parameter names, or else the own one.
+template <typename Place>
+BodyId body_or_own(const Senses& senses, Place place) {
+  const BodyId named{static_cast<std::uint64_t>(at(senses.parameters, place))};
+  return named.value == 0 ? senses.body : named;
+}
+
+// A kinematic body sleeps while it stands, whatever moves around it: its sensors measure nevertheless, again
+// in so many ticks.
+inline void keep_measuring(const Senses& senses, Actor& actor, std::uint64_t ticks = 1) {
+  if (senses.properties.motion == Motion::kKinematic) actor.wake_in(ticks);
+}
 
 // How often a sensor has measured until the end of a tick of `dt` (s), at `rate` (Hz), up to a constant: it
 // measures in each tick in which this grows. Sensors take turns, so that not all of them measure in one tick.

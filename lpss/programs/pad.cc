@@ -13,9 +13,10 @@ namespace {
 enum class Parameter { kBody, kProgram, kInput, kInside, kOutside };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"body", kBodyUnit, 0, 0, static_cast<double>(kBodyIdMax), "Whose program is told; 0: nobody's."},
-    {"program", "", 0, 0, static_cast<double>(kProgramsPerBodyMax - 1),
+    {"program", kProgramUnit, 0, 0, static_cast<double>(kProgramsPerBodyMax - 1),
      "The place of that program on its body."},
-    {"input", "", 0, 0, static_cast<double>(kProgramNumbersMax - 1), "The place of the input that is set."},
+    {"input", kInputUnit, 0, 0, static_cast<double>(kProgramNumbersMax - 1),
+     "The place of the input that is set."},
     {"inside", "", 1, -1e9, 1e9, "What it is set to when something comes in,"},
     {"outside", "", 0, -1e9, 1e9, "and when nothing is in any longer."},
 });

@@ -64,8 +64,8 @@ ProgramAsk& Asker::add(ProgramAsk::Kind kind, BodyId body) {
 }
 
 void Asker::cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double length, double radius,
-                 std::uint32_t mask) {
-  ProgramAsk& ask = add(ProgramAsk::kCast, senses_.body);
+                 std::uint32_t mask, std::optional<BodyId> through) {
+  ProgramAsk& ask = add(ProgramAsk::kCast, through.value_or(senses_.body));
   ask.origin = array_of(from);
   ask.direction = array_of(direction);
   ask.length = length;
@@ -76,7 +76,7 @@ void Asker::cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, 
 void Asker::contacts(BodyId body) { add(ProgramAsk::kContacts, body); }
 void Asker::inside(BodyId body) { add(ProgramAsk::kInside, body); }
 void Asker::body(BodyId body) { add(ProgramAsk::kBody, body); }
-void Asker::visitors() { add(ProgramAsk::kVisitors, senses_.body).origin = senses_.state.position; }
+void Asker::visitors(BodyId body) { add(ProgramAsk::kVisitors, body).origin = senses_.state.position; }
 void Asker::joints() { add(ProgramAsk::kJoints, senses_.body); }
 void Asker::joint(JointId joint) { add(ProgramAsk::kJoint, senses_.body).joint = joint; }
 

@@ -25,6 +25,7 @@
 
 #include "lpss/model/body.h"
 #include "lpss/model/command.h"
+#include "lpss/model/program.h"
 #include "lpss/programs/senses.h"
 
 namespace tessera {
@@ -32,6 +33,11 @@ namespace tessera {
 // The units of numbers that are the id of a body or of a joint; 0: none.
 inline constexpr absl::string_view kBodyUnit = "body";
 inline constexpr absl::string_view kJointUnit = "joint";
+// And of those that are the place of a program on a body, and of a value or an input of it: of the body, and
+// the program, that come before it in the table, or else of the own body. World files may have their names.
+inline constexpr absl::string_view kProgramUnit = "program";
+inline constexpr absl::string_view kValueUnit = "value";
+inline constexpr absl::string_view kInputUnit = "input";
 
 // A number of a program. Those that come new are added at the end of their table: earlier worlds go on with
 // what they have, and the new one's first value.
@@ -60,6 +66,9 @@ struct Senses {
   std::span<const double> inputs;
   std::span<const ProgramFinding> findings;  // ascending by `ask`; of one, the nearest or lowest id first
   std::span<const SensedJoint> joints;       // ascending by `ask` and id
+  // Those of the body, as they left this tick; of a kind that reads_others(), and while it runs. The values
+  // of programs that read others are not for it.
+  std::span<const ProgramRecord> programs = {};
 
   Eigen::Vector3d position() const { return Eigen::Vector3d(state.position.data()); }
   Eigen::Vector3d velocity() const { return Eigen::Vector3d(state.linear_velocity.data()); }
@@ -85,15 +94,17 @@ class Asker {
       : senses_(senses), asks_(asks), fault_(fault) {}
 
   // What a ball (a ray where `radius` is 0) meets first on its way of `length` (at most kProgramCastMax)
-  // along `direction`, of unit length. It passes through the own body and through triggers.
+  // along `direction`, of unit length. It passes through triggers and the own body, or else through another
+  // one.
   void cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double length, double radius = 0,
-            std::uint32_t mask = 0xffffffff);
+            std::uint32_t mask = 0xffffffff, std::optional<BodyId> through = {});
   void contacts(BodyId body);
   // What is in the triggers of a body.
   void inside(BodyId body);
   void body(BodyId body);
-  // The dynamic bodies in the triggers of the own body, the nearest first, and how they move.
-  void visitors();
+  // The dynamic bodies in the triggers of a body, the nearest to the own one first, and how they move.
+  void visitors(BodyId body);
+  void visitors() { visitors(senses_.body); }
   // The joints of the own body: where they are, what drives them, and what they bear.
   void joints();
   // Likewise a joint of any bodies. Nothing is found where it is 0, or gone.
@@ -182,6 +193,8 @@ class Program {
   virtual std::optional<Motion> motion() const { return std::nullopt; }
   // Whether it may remove joints of its body.
   virtual bool removes_joints() const { return false; }
+  // Whether it reads the values of other programs of its body: it runs after them.
+  virtual bool reads_others() const { return false; }
   // Whether it acts on bodies that it meets or finds, whoever's they are, by more than pushing off from them.
   virtual bool acts_on_others() const { return false; }
   // Whether it can work on such a body: INVALID_ARGUMENT, and what it must be.

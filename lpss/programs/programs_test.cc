@@ -38,7 +38,7 @@ TEST(Programs, UnknownKindsAreNamedWithThoseThatThereAre) {
             "there is no program \"walker\"; there are: ackermann, altimeter, barometer, belt, breaker,"
             " camera, character, diff_drive, field, floater, hydrodynamics, imu, load, logical_camera, "
             "magnetometer, "
-            "motorcycle, mover, multicopter, pad, pid, portal, pose, ranger, satellite, thruster, "
+            "motorcycle, mover, multicopter, pad, pid, portal, pose, ranger, relay, satellite, thruster, "
             "touch, tracks, trajectory, treads, vehicle, velocity_control, wander, waypoints, wind, wing");
 }
 

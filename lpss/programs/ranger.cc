@@ -41,6 +41,7 @@ enum class Parameter {
   kYaw,
   kRate,
   kPlane,
+  kBody,
 };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"x", "m", 0, -1e3, 1e3, "Where it is in the body frame,"},
@@ -68,6 +69,8 @@ constexpr auto kParameters = std::to_array<NumberSpec>({
     {"plane", "", 0, 0, 1,
      "1: rays go through the middles of even parts of a plane, as those of a depth camera; the angles of a "
      "row and of the rows, at most 3, are from edge to edge."},
+    {"body", kBodyUnit, 0, 0, static_cast<double>(kBodyIdMax),
+     "The body that rays pass through; 0: the own one."},
 });
 
 enum class Value { kHits, kNearest, kRange };
@@ -124,14 +127,16 @@ class Ranger final : public Program {
     const auto mask = static_cast<std::uint32_t>(of(Parameter::kMask));
     const RayFan fan = fan_of(senses.parameters);
     const double least = least_of(senses);
+    const BodyId through = body_or_own(senses, Parameter::kBody);
     for (std::size_t n = 0; n < fan.count(); ++n) {
       const Eigen::Vector3d direction = turn * fan.direction(n);
-      asker.cast(from + least * direction, direction, of(Parameter::kMost) - least, 0, mask);
+      asker.cast(from + least * direction, direction, of(Parameter::kMost) - least, 0, mask, through);
     }
   }
 
-  void run(const Senses& senses, std::span<double> values, Actor&) const override {
-    if (!measures(senses, values)) return;
+  void run(const Senses& senses, std::span<double> values, Actor& actor) const override {
+    if (!measures(senses, values)) return keep_measuring(senses, actor);
+    keep_measuring(senses, actor, ticks_until_next(senses));
     const double most = at(senses.parameters, Parameter::kMost);
     const double noise = at(senses.parameters, Parameter::kNoise);
     double& hits = at(values, Value::kHits);
@@ -167,6 +172,20 @@ class Ranger final : public Program {
   }
   static double least_of(const Senses& senses) {
     return std::min(at(senses.parameters, Parameter::kLeast), at(senses.parameters, Parameter::kMost));
+  }
+  // After a measurement.
+  static std::uint64_t ticks_until_next(const Senses& senses) {
+    const double rate = at(senses.parameters, Parameter::kRate);
+    if (rate == 0) return 1;
+    const auto until = [&](std::uint64_t tick) {
+      return measurements_until(senses.body, senses.program, tick, senses.dt, rate);
+    };
+    constexpr std::uint64_t kTicksMax = 1'000'000'000;
+    const double between = 1 / (rate * senses.dt);
+    if (!(between < static_cast<double>(kTicksMax))) return kTicksMax;
+    auto ticks = std::max(static_cast<std::uint64_t>(between), std::uint64_t{1});
+    while (ticks < kTicksMax && until(senses.tick + ticks) == until(senses.tick)) ++ticks;
+    return ticks;
   }
   // In the first tick, and whenever another measurement is due.
   static bool measures(const Senses& senses, std::span<const double> values) {

@@ -18,7 +18,7 @@ struct ProgramAsk {
     kContacts,  // what touches `body`
     kInside,    // what is in the triggers of `body`
     kBody,      // the state of `body`
-    kVisitors,  // which dynamic bodies are in the triggers of `body`, which asks; distances are from `origin`
+    kVisitors,  // which dynamic bodies are in the triggers of `body`; distances are from `origin`
     kVisitor,   // `body`, of which it is known that it is one of these
     kJoints,    // the joints of `body`
     kJoint,     // `joint`

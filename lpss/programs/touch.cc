@@ -1,7 +1,9 @@
 // Touch: what presses on a body.
 #include <array>
 
+#include "lpss/model/limits.h"
 #include "lpss/programs/builtin.h"
+#include "lpss/programs/measuring.h"
 #include "lpss/programs/noise.h"
 #include "lpss/programs/numbers.h"
 
@@ -9,10 +11,12 @@ namespace tessera {
 namespace touch {
 namespace {
 
-enum class Parameter { kThreshold, kNoise };
+enum class Parameter { kThreshold, kNoise, kBody };
 constexpr auto kParameters = std::to_array<NumberSpec>({
     {"threshold", "N", 0, 0, 1e9, "What presses less does not count as a touch."},
     {"noise", "N", 0, 0, 1e6, "The standard deviation of each force, in a tick."},
+    {"body", kBodyUnit, 0, 0, static_cast<double>(kBodyIdMax),
+     "The body that is touched; 0: the own one. Axes are those of the own one."},
 });
 
 enum class Value { kTouches, kBody, kForce, kForceX, kForceY, kForceZ };
@@ -37,10 +41,11 @@ class Touch final : public Program {
   std::span<const NumberSpec> values() const override { return kValues; }
 
   void ask(const Senses& senses, std::span<const double>, Asker& asker) const override {
-    asker.contacts(senses.body);
+    asker.contacts(body_or_own(senses, Parameter::kBody));
   }
 
-  void run(const Senses& senses, std::span<double> values, Actor&) const override {
+  void run(const Senses& senses, std::span<double> values, Actor& actor) const override {
+    keep_measuring(senses, actor);
     const double noise = at(senses.parameters, Parameter::kNoise);
     double force = noise > 0 ? noise * normal(senses, 0) : 0;
     double most = 0;

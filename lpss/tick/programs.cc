@@ -280,14 +280,16 @@ void ProgramPhase::add(HomeBody& body) {
     ProgramRecord& record = body.programs[place];
     if (!runs(record, activity, tick_)) continue;
     complete(record);
+    const Program& program = *find_program(record.kind);
     // Commands may have given the body another motion.
-    if (const absl::Status status = find_program(record.kind)->check(body.properties); !status.ok()) {
+    if (const absl::Status status = program.check(body.properties); !status.ok()) {
       stop(record, status.message(), tick_);
       continue;
     }
     Running& running = running_.emplace_back();
     running.body = &body;
     running.place = place;
+    running.reads_others = program.reads_others();
     running.state = world.state(body.slot);
     const SectorIndex& home = body.sector->index;
     const Felt& felt = partition_.felt_in(home);
@@ -460,7 +462,12 @@ ProgramActs ProgramPhase::run(std::span<const ProgramAnswers> answers) {
       running_[asked.running].found.joints.push_back(std::move(part));
     }
   }
-  run_in_pieces(parallel_, running_.size(), kProgramsInPiece, [&](std::size_t n) { act(running_[n]); });
+  for (const bool reads_others : {false, true}) {
+    if (std::ranges::find(running_, reads_others, &Running::reads_others) == running_.end()) continue;
+    run_in_pieces(parallel_, running_.size(), kProgramsInPiece, [&](std::size_t n) {
+      if (running_[n].reads_others == reads_others) act(running_[n]);
+    });
+  }
   ProgramActs acts;
   for (Running& running : running_) {
     for (Command& command : running.commands) {
@@ -476,7 +483,8 @@ void ProgramPhase::act(Running& running) {
   put_in_order(running.found.findings, running.asks);
   running.joints = whole_joints(std::move(running.found.joints));
   record.wake_at = 0;
-  const Senses senses = senses_of(running);
+  Senses senses = senses_of(running);
+  if (running.reads_others) senses.programs = running.body->programs;
   Actor actor(senses, partition_.sector_size(), running.commands, record.wake_at, running.fault);
   find_program(record.kind)->run(senses, record.values, actor);
   if (running.commands.size() > kProgramActsMax) {

@@ -54,7 +54,8 @@ class ProgramPhase {
  private:
   struct Running {
     HomeBody* body = nullptr;
-    std::size_t place = 0;  // of the program, on the body
+    std::size_t place = 0;      // of the program, on the body
+    bool reads_others = false;  // Program::reads_others()
     BodyState state;
     Eigen::Vector3d gravity;
     Eigen::Vector3d start;
