@@ -8,6 +8,7 @@
 
 #include "worlds/gazebo/model_parts.h"
 #include "worlds/gazebo/program_writer.h"
+#include "worlds/gazebo/publication.h"
 #include "worlds/gazebo/systems.h"
 
 namespace tessera::gazebo {
@@ -38,12 +39,17 @@ absl::Status take(const Element& plugin, Element& model, std::size_t n, Element&
   Element* const parent = ModelParts(model).link(parent_name);
   if (parent == nullptr)
     return absl::InvalidArgumentError(absl::StrCat("there is no link '", parent_name, "' in its model"));
-  if (ModelParts(*child_model).link(child_name) == nullptr)
+  Element* const child = ModelParts(*child_model).link(child_name);
+  if (child == nullptr)
     return absl::InvalidArgumentError(absl::StrCat("there is no link '", child_name, "' in its child model"));
   const std::string name = absl::StrCat(own, "_detachable_", n);
   ProgramWriter program("breaker", xml::attribute_of(&plugin, "name"));
   program.set("joint", name);
-  if (absl::Status status = program.write(*parent); !status.ok()) return status;
+  // A link that does not move has no programs.
+  Element& holder = ModelParts(model).is_static() ? *child : *parent;
+  if (absl::Status status = program.write(holder); !status.ok()) return status;
+  xml::Element& written = *holder.LastChildElement(kSystemProgram);
+  note_topics(plugin, own, written);
   Element& joint = *world.InsertNewChildElement("joint");
   joint.SetAttribute("name", name.c_str());
   joint.SetAttribute("type", "fixed");

@@ -6,7 +6,9 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "worlds/gazebo/publication.h"
 #include "worlds/gazebo/system_kinds.h"
 #include "worlds/gazebo/trigger.h"
 
@@ -92,5 +94,19 @@ void take_performer_detector(System& system) {
 }
 
 void take_touch(System& system) { sensor_without_noise(system, "touch"); }
+
+// What it waits for, and whom it tells, is known once all of the world is: the relays of its first link are
+// moved there.
+void take_triggered_publisher(System& system) {
+  const absl::StatusOr<std::vector<Publication>> publications = publications_of(system.plugin());
+  if (!publications.ok()) return system.fail(publications.status().message());
+  Element* const link = system.first_link();
+  if (link == nullptr) return;
+  for (const Publication& publication : *publications) {
+    ProgramWriter program("relay", last_word(publication.from));
+    program.set(kPublishes, to_text(publication));
+    system.write(program, *link);
+  }
+}
 
 }  // namespace tessera::gazebo

@@ -15,6 +15,7 @@
 #include "lpss/model/limits.h"
 #include "worlds/gazebo/numbers.h"
 #include "worlds/gazebo/program_writer.h"
+#include "worlds/gazebo/publication.h"
 #include "worlds/gazebo/trigger.h"
 
 namespace tessera::gazebo {
@@ -438,6 +439,7 @@ class Taking {
   void finish(const Sensor& sensor, absl::Status status, const ProgramWriter& program, Element& link) {
     if (status.ok()) status = program.write(link);
     if (status.ok()) {
+      note_topics(sensor.element, "*", *link.LastChildElement(kSystemProgram));
       notices_.count(absl::StrCat("<sensor> ", sensor.type, " is the program ", program.kind()));
     } else {
       notices_.count_repair(absl::StrCat("<sensor> ", sensor.type, ", left out: ", status.message()),

@@ -292,12 +292,43 @@ TEST(SensorsOfFiles, OneWithANumberOutOfBoundsIsLeftOut) {
   EXPECT_THAT(loaded.repairs, Contains(HasSubstr("<sensor> ray, left out: most = -3 m must be")));
 }
 
-TEST(SensorsOfFiles, OnesThatNeverMoveAreLeftOut) {
+TEST(SensorsOfFiles, ThoseThatNeverMoveStandOnABodyOfTheirOwn) {
+  const std::string sensors =
+      "<sensor name='s' type='imu'/><sensor name='feet' type='contact'/><sensor name='eye' type='lidar'/>";
+  const LoadedWorld loaded = load(world(
+      model("m", "<static>true</static><pose>1 2 3 0 0 1</pose>", kUnitBox + sensors) + model("other", "")));
+  ASSERT_EQ(loaded.world.bodies.size(), 3u);
+  EXPECT_THAT(loaded.world.bodies[0].programs, IsEmpty());
+  EXPECT_EQ(loaded.world.bodies[0].properties.motion, Motion::kStatic);
+  const BodyDescription& stand = loaded.world.bodies[2];
+  EXPECT_EQ(stand.name, "m::l::sensors");
+  EXPECT_EQ(stand.properties.motion, Motion::kKinematic);
+  EXPECT_EQ(stand.properties.category, 0u) << "nothing touches it";
+  EXPECT_EQ(stand.pose.position, loaded.world.bodies[0].pose.position);
+  EXPECT_TRUE(stand.pose.orientation.isApprox(loaded.world.bodies[0].pose.orientation));
+  ASSERT_EQ(stand.programs.size(), 3u);
+  EXPECT_EQ(stand.programs[0].kind, "imu");
+  for (const std::size_t of_link : {1, 2})
+    EXPECT_EQ(number_of(stand.programs[of_link], "body"), 1) << of_link;
+  EXPECT_TRUE(check_programs(loaded.world).ok()) << check_programs(loaded.world);
+  EXPECT_THAT(loaded.notices, Contains(HasSubstr("link that does not move has sensors")));
+}
+
+TEST(SensorsOfFiles, ALinkThatNeverMovesNeedsNoCollisionForThem) {
   const LoadedWorld loaded =
-      load(world(model("m", "<static>true</static>", kUnitBox + "<sensor name='s' type='imu'/>")));
-  EXPECT_THAT(loaded.world.bodies.at(0).programs, IsEmpty());
-  EXPECT_THAT(loaded.notices,
-              Contains(HasSubstr("program of a sensor or system on a link that does not move")));
+      load(world("<model name='m'><static>true</static><link name='l'><sensor name='s' "
+                 "type='lidar'/></link></model>"));
+  ASSERT_EQ(loaded.world.bodies.size(), 1u);
+  EXPECT_EQ(loaded.world.bodies[0].name, "m::l::sensors");
+  EXPECT_EQ(number_of(loaded.world.bodies[0].programs.at(0), "body"), 0);
+}
+
+TEST(SensorsOfFiles, ALogicalCameraThatNeverMovesLooksIntoTheTriggerOfItsLink) {
+  const LoadedWorld loaded =
+      load(world("<model name='m'><static>true</static><link name='l'><sensor name='s' type='logical_camera'>"
+                 "<logical_camera><far>4</far></logical_camera></sensor></link></model>"));
+  ASSERT_EQ(loaded.world.bodies.size(), 2u);
+  EXPECT_EQ(number_of(loaded.world.bodies[1].programs.at(0), "body"), 1);
 }
 
 TEST(SensorsOfFiles, ThoseOfAUrdfLinkOnAFixedJointAreWhereTheyWere) {

@@ -1,5 +1,7 @@
 #include "worlds/gazebo/system.h"
 
+#include "worlds/gazebo/publication.h"
+
 namespace tessera::gazebo {
 
 std::string System::title() const {
@@ -59,6 +61,7 @@ xml::Element* System::first_link() {
 void System::write(const ProgramWriter& program, xml::Element& link) {
   const absl::Status status = program.write(link);
   if (!status.ok()) return fail(status.message());
+  note_topics(plugin_, "*", *link.LastChildElement(kSystemProgram));
   programs_.push_back(program.kind());
 }
 

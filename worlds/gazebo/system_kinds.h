@@ -32,6 +32,9 @@ void take_magnetometer(System& system);
 void take_touch(System& system);
 void take_performer_detector(System& system);
 
+// What tells others, once something is so.
+void take_triggered_publisher(System& system);
+
 // What flies and swims.
 void take_motor(System& system);
 void take_multicopter(System& system);

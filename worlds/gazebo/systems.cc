@@ -64,6 +64,7 @@ constexpr std::array kEntries = {
     Entry{"multicopter-velocity-control", take_multicopter},
     Entry{"rotors-gazebo-motor-model", take_motor},
     Entry{"thruster", take_propeller},
+    Entry{kTriggeredPublisher, take_triggered_publisher},
     Entry{"gazebo-ros-control", take_ros_control},
     Entry{"gazebo-ros2-control", take_ros_control},
     Entry{"gz-ros2-control", take_ros_control},
@@ -95,7 +96,6 @@ constexpr std::array kEntries = {
     Entry{"camera-video-recorder", nullptr, "nothing is rendered"},
     Entry{"gazebo-ros-camera", nullptr, "cameras are not rendered"},
     Entry{"gazebo-ros-openni-kinect", nullptr, "cameras are not rendered"},
-    Entry{"triggered-publisher", nullptr, "it would have sent a message"},
 };
 
 // "DiffDrive" as "diff-drive".

@@ -17,6 +17,8 @@ void take_systems(const ModelParts& parts, Notices& notices);
 // have done where that is known. Empty where Tessera does of itself what it does.
 std::string skipped(const xml::Element& plugin);
 
+inline constexpr char kTriggeredPublisher[] = "triggered-publisher";
+
 // A system by what its spellings have in common: "diff-drive" for gz-sim-diff-drive-system,
 // libignition-gazebo6-diff-drive-system.so, and gz::sim::systems::DiffDrive.
 std::string canonical_name(const xml::Element& plugin);

@@ -4,7 +4,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
-#include <functional>
+#include <algorithm>
 #include <ignition/math/eigen3/Conversions.hh>
 #include <sdf/Collision.hh>
 #include <sdf/Frame.hh>
@@ -215,6 +215,8 @@ class Reader {
       if (!look->shape.parts.empty()) entry.look = std::make_shared<const Look>(*std::move(look));
     }
     set_surface(link, materials, properties);
+    entry.programs = programs_of(link);
+    if (!moves) take_standing_sensors(entry, shape->parts.empty() && !jointed_.contains(name));
     if (shape->parts.empty()) {
       if (!jointed_.contains(name)) {
         result_.notices.count("link without collision shape, skipped");
@@ -222,10 +224,7 @@ class Reader {
       }
       // A joint holds the body; it collides with nothing.
       result_.notices.count("link without collision shape, collides with nothing");
-      constexpr double kPlaceholderRadius = 0.01;
-      shape->parts.push_back({Sphere{kPlaceholderRadius}, Pose{}});
-      properties.category = 0;
-      properties.mask = 0;
+      *shape = placeholder(properties);
     }
     bool collides = self_collide_;
     find_value(link.Element(), {"self_collide"}, collides);
@@ -237,18 +236,50 @@ class Reader {
     if (moves && is_simulated) {
       if (absl::Status status = read_inertia(link, properties); !status.ok()) return status;
     }
-    entry.programs = programs_of(link);
     entry.feels_wind = model.EnableWind() || link.EnableWind();
     if (measures_ && moves && is_simulated) entry.displaced = displacement_of_collisions(link, meshes_);
-    if (!moves) {
-      const auto of_systems = std::erase_if(entry.programs, std::mem_fn(&ProgramTemplate::is_of_system));
-      if (of_systems > 0)
-        result_.notices.count("program of a sensor or system on a link that does not move, left out",
-                              of_systems);
-    }
     places_[name] = result_.links.size();
     result_.links.push_back(std::move(entry));
     return absl::OkStatus();
+  }
+
+  // The shape of a body that collides with nothing.
+  static Shape placeholder(BodyProperties& properties) {
+    constexpr double kRadius = 0.01;
+    properties.category = 0;
+    properties.mask = 0;
+    Shape shape;
+    shape.parts.push_back({Sphere{kRadius}, Pose{}});
+    return shape;
+  }
+
+  // Of a link that does not move: its sensors go to a body of their own, and programs of systems are left
+  // out. `is_alone`: the link has no body.
+  void take_standing_sensors(LinkTemplate& link, bool is_alone) {
+    const auto others =
+        std::stable_partition(link.programs.begin(), link.programs.end(),
+                              [](const ProgramTemplate& p) { return !p.is_of_system || p.publishes; });
+    StandingSensors standing;
+    std::size_t left_out = 0;
+    for (auto program = others; program != link.programs.end(); ++program) {
+      if (is_sensor(program->record.kind)) {
+        standing.body.programs.push_back(std::move(*program));
+      } else {
+        ++left_out;
+      }
+    }
+    link.programs.erase(others, link.programs.end());
+    if (left_out > 0)
+      result_.notices.count("program of a system on a link that does not move, left out", left_out);
+    if (standing.body.programs.empty()) return;
+    result_.notices.count("link that does not move has sensors, which stand on a body of their own");
+    standing.body.name = link.name + "::sensors";
+    standing.body.pose = link.pose;
+    standing.body.properties.motion = Motion::kKinematic;
+    standing.body.properties.inertia = {1, 1, 1};
+    standing.body.properties.shape = shapes_.add(placeholder(standing.body.properties));
+    if (!is_alone) standing.link = result_.links.size();
+    result_.standing_sensors.push_back(std::move(standing));
   }
 
   Motion motion_of(const std::optional<std::size_t>& place) const {

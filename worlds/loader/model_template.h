@@ -33,6 +33,13 @@ struct LinkTemplate {
   std::optional<Displacement> displaced = {};  // where there is water
 };
 
+// The sensors of a link that does not move. They are programs of a body of their own, which stands there and
+// touches nothing: bodies that do not move have no programs.
+struct StandingSensors {
+  LinkTemplate body;
+  std::optional<std::size_t> link;  // its place in the links; none: it has no collision shape
+};
+
 struct JointTemplate {
   std::string name;                   // "joint", "nested::joint"
   std::optional<std::size_t> parent;  // a place in the links; none: the world
@@ -53,6 +60,7 @@ struct FrameTemplate {
 
 struct ModelTemplate {
   std::vector<LinkTemplate> links;
+  std::vector<StandingSensors> standing_sensors;
   std::vector<JointTemplate> joints;
   std::vector<FrameTemplate> link_frames;
   absl::flat_hash_map<std::string, Pose> frames;  // links, frames, joints and nested models, by scoped name

@@ -7,11 +7,14 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
+#include <absl/strings/str_replace.h>
 #include <absl/strings/str_split.h>
 #include <absl/strings/string_view.h>
 #include <absl/strings/strip.h>
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <span>
@@ -39,6 +42,11 @@ constexpr absl::string_view kOfSystem = "?";  // before the kind
 constexpr absl::string_view kCamera = "camera";
 constexpr std::size_t kProgramsBesideCamerasMax = kProgramsPerBodyMax - 2;
 
+// Whether it is the place of a program, value or input.
+bool is_place(const NumberSpec& spec) {
+  return spec.unit == kProgramUnit || spec.unit == kValueUnit || spec.unit == kInputUnit;
+}
+
 // "name=value"
 absl::StatusOr<std::string> kept_number(const xml::Element& element, const Program& program,
                                         const char* name) {
@@ -51,6 +59,13 @@ absl::StatusOr<std::string> kept_number(const xml::Element& element, const Progr
     if (named.empty() || absl::StrContains(named, kSeparator))
       return xml::invalid(element, "'", name, "' must be the name of a ", spec->unit, ", without ';'");
     return absl::StrCat(name, "=", named);
+  }
+  double number = 0;
+  if (is_place(*spec) && !absl::SimpleAtod(element.Attribute(name), &number)) {
+    if (absl::StrContains(element.Attribute(name), kSeparator))
+      return xml::invalid(element, "'", name, "' must be the name or place of a ", spec->unit,
+                          ", without ';'");
+    return absl::StrCat(name, "=", element.Attribute(name));
   }
   const absl::StatusOr<double> value = xml::number_attribute(element, name);
   if (!value.ok()) return value.status();
@@ -84,11 +99,16 @@ absl::StatusOr<std::string> kept_program(const xml::Element& element, const std:
   if (!kind.ok()) return kind.status();
   const Program* const program = find_program(*kind);
   if (program == nullptr) return xml::invalid(element, new_program(*kind).status().message());
-  std::string kept = absl::StrCat(xml::is(element, gazebo::kSystemProgram) ? kOfSystem : "", program->kind());
+  const bool is_of_system = xml::is(element, gazebo::kSystemProgram);
+  std::string kept = absl::StrCat(is_of_system ? kOfSystem : "", program->kind());
   for (const auto* attribute = element.FirstAttribute(); attribute != nullptr;
        attribute = attribute->Next()) {
     const absl::string_view name = attribute->Name();
     if (name == kKind || name == kModule) continue;
+    if (is_of_system && (name == gazebo::kSays || name == gazebo::kHears || name == gazebo::kPublishes)) {
+      absl::StrAppend(&kept, kSeparator, name, "=", attribute->Value());
+      continue;
+    }
     if (name == kProgramName) {
       if (absl::StrContains(attribute->Value(), kSeparator))
         return xml::invalid(element, "'name' must not have a ';'");
@@ -109,12 +129,16 @@ void take_number(const Program& program, absl::string_view name, const std::stri
     result.record.name = text;
     return;
   }
+  if (name == gazebo::kSays) result.says = text;
+  if (name == gazebo::kHears) result.hears = text;
+  if (name == gazebo::kPublishes) result.publishes = gazebo::publication_in(text);
   const std::optional<std::uint32_t> parameter = place_of(name, program.parameters());
-  if (parameter && is_id(program.parameters()[*parameter])) {
+  double value = 0;
+  if (parameter && (is_id(program.parameters()[*parameter]) ||
+                    (is_place(program.parameters()[*parameter]) && !absl::SimpleAtod(text, &value)))) {
     result.named.emplace_back(*parameter, text);
     return;
   }
-  double value = 0;
   if (absl::SimpleAtod(text, &value)) set_number(result.record, name, value).IgnoreError();
 }
 
@@ -124,11 +148,14 @@ absl::Status keep_programs(xml::Element& link, const std::filesystem::path& dire
                            ProgramModules& modules, Notices& notices) {
   std::vector<std::string> kept;
   std::vector<std::string> cameras;
+  std::vector<std::string> relays;
   for (const char* const tag : {kProgram.data(), gazebo::kSystemProgram}) {
     while (xml::Element* const next = link.FirstChildElement(tag)) {
       absl::StatusOr<std::string> program = kept_program(*next, directory, modules);
       if (!program.ok()) return program.status();
-      if (tag != kProgram && xml::attribute_of(next, kKind) == kCamera) {
+      if (next->Attribute(gazebo::kPublishes) != nullptr) {
+        relays.push_back(*std::move(program));  // which will be programs of other links
+      } else if (tag != kProgram && xml::attribute_of(next, kKind) == kCamera) {
         cameras.push_back(*std::move(program));
       } else if (kept.size() < kProgramsPerBodyMax) {
         kept.push_back(*std::move(program));
@@ -148,6 +175,7 @@ absl::Status keep_programs(xml::Element& link, const std::filesystem::path& dire
                                  " programs already, left out"));
     }
   }
+  std::ranges::move(relays, std::back_inserter(kept));
   if (kept.empty()) return absl::OkStatus();
   xml::Element* const all = link.InsertNewChildElement(kProgram.data());
   all->SetText(absl::StrJoin(kept, kNext).c_str());
@@ -176,17 +204,56 @@ std::vector<ProgramTemplate> programs_of(const sdf::Link& link) {
   return result;
 }
 
+bool is_sensor(absl::string_view kind) {
+  constexpr std::array<absl::string_view, 10> kSensors = {
+      "altimeter",    "barometer", "camera", "imu",       "logical_camera",
+      "magnetometer", "pose",      "ranger", "satellite", "touch"};
+  return std::ranges::find(kSensors, kind) != kSensors.end();
+}
+
 void ProgramPlacer::add(const std::vector<ProgramTemplate>& programs, const xml::Element& element,
                         std::size_t place, const Eigen::Vector3d& start, BodyDescription& body) {
+  // The model of the body, for topics that are named after it.
+  const std::string model = body.name.substr(0, body.name.find("::"));
+  const auto topic_of = [&](absl::string_view topic) { return absl::StrReplaceAll(topic, {{"*", model}}); };
   for (const ProgramTemplate& program : programs) {
+    if (program.publishes) {
+      gazebo::Publication publication = *program.publishes;
+      publication.from = topic_of(publication.from);
+      publication.at = topic_of(publication.at);
+      relays_.add(publication);
+      continue;
+    }
+    const std::size_t number = body.programs.size();
     for (const auto& [parameter, name] : program.named)
-      named_.push_back({place, body.programs.size(), parameter, name, &element, program.is_of_system});
+      named_.push_back({place, number, parameter, name, &element, program.is_of_system});
+    if (!program.says.empty()) relays_.note_says(topic_of(program.says), place, number);
+    if (!program.hears.empty()) relays_.note_hears(topic_of(program.hears), place, number);
     ProgramRecord& record = body.programs.emplace_back(program.record);
     if (program.is_of_system) surroundings.tell(start, record);
   }
 }
 
-absl::Status ProgramPlacer::resolve(WorldDescription& world, Notices& notices) const {
+void ProgramPlacer::add_publisher(const xml::Element& plugin, Notices& notices) {
+  const absl::StatusOr<std::vector<gazebo::Publication>> publications = gazebo::publications_of(plugin);
+  if (!publications.ok()) {
+    notices.count(
+        absl::StrCat("<plugin> triggered publisher not simulated: ", publications.status().message()));
+    return;
+  }
+  for (const gazebo::Publication& publication : *publications) relays_.add(publication);
+}
+
+absl::Status ProgramPlacer::resolve(WorldDescription& world, Notices& notices) {
+  if (absl::Status status = resolve_ids(world, notices); !status.ok()) return status;
+  for (const Named& named : named_) {
+    if (absl::Status status = resolve_place(named, world); !status.ok()) return status;
+  }
+  relays_.place(world, notices);
+  return absl::OkStatus();
+}
+
+absl::Status ProgramPlacer::resolve_ids(WorldDescription& world, Notices& notices) const {
   if (named_.empty()) return absl::OkStatus();
   using Ids = absl::flat_hash_map<std::string_view, std::uint64_t>;  // 1, 2, ... in their order
   Ids bodies;
@@ -196,8 +263,9 @@ absl::Status ProgramPlacer::resolve(WorldDescription& world, Notices& notices) c
   for (const Named& named : named_) {
     BodyDescription& body = world.bodies[named.body];
     ProgramRecord& program = body.programs[named.program];
-    const absl::string_view unit = find_program(program.kind)->parameters()[named.parameter].unit;
-    const Ids& ids = unit == kBodyUnit ? bodies : joints;
+    const NumberSpec& spec = find_program(program.kind)->parameters()[named.parameter];
+    if (!is_id(spec)) continue;
+    const Ids& ids = spec.unit == kBodyUnit ? bodies : joints;
     auto id = ids.end();
     // From the model of the body outwards.
     for (std::size_t end = body.name.rfind("::"); id == ids.end() && end != std::string::npos && end > 0;
@@ -207,14 +275,49 @@ absl::Status ProgramPlacer::resolve(WorldDescription& world, Notices& notices) c
     if (id == ids.end()) id = ids.find(named.name);
     if (id == ids.end() && named.is_of_system) {
       notices.count(
-          absl::StrCat("program ", program.kind, " of a ", unit, " that was left out, does nothing"));
+          absl::StrCat("program ", program.kind, " of a ", spec.unit, " that was left out, does nothing"));
       continue;
     }
     if (id == ids.end())
-      return xml::invalid(*named.element, "a program names the ", unit, " '", named.name,
+      return xml::invalid(*named.element, "a program names the ", spec.unit, " '", named.name,
                           "', which is not there");
     program.parameters[named.parameter] = static_cast<double>(id->second);
   }
+  return absl::OkStatus();
+}
+
+// Of the body, and the program, that the parameters before it name; or else of the own body.
+absl::Status ProgramPlacer::resolve_place(const Named& named, WorldDescription& world) {
+  ProgramRecord& record = world.bodies[named.body].programs[named.program];
+  const std::span<const NumberSpec> table = find_program(record.kind)->parameters();
+  const NumberSpec& spec = table[named.parameter];
+  if (!is_place(spec)) return absl::OkStatus();
+  const auto before = [&](absl::string_view unit) -> std::optional<double> {
+    for (std::size_t n = named.parameter; n-- > 0;) {
+      if (table[n].unit == unit) return record.parameters[n];
+    }
+    return std::nullopt;
+  };
+  const double body = before(kBodyUnit).value_or(static_cast<double>(named.body + 1));
+  const auto error = [&](absl::string_view why) {
+    return xml::invalid(*named.element, "a program names the ", spec.unit, " '", named.name, "', ", why);
+  };
+  if (body < 1) return error("but no body that has it");
+  const std::vector<ProgramRecord>& programs = world.bodies[static_cast<std::size_t>(body) - 1].programs;
+  if (spec.unit == kProgramUnit) {
+    auto found = std::ranges::find(programs, named.name, &ProgramRecord::name);
+    if (found == programs.end()) found = std::ranges::find(programs, named.name, &ProgramRecord::kind);
+    if (found == programs.end()) return error("which is not there");
+    record.parameters[named.parameter] = static_cast<double>(found - programs.begin());
+    return absl::OkStatus();
+  }
+  const double place = before(kProgramUnit).value_or(0);
+  if (place < 0 || place >= static_cast<double>(programs.size())) return error("but no program that has it");
+  const Program& program = *find_program(programs[static_cast<std::size_t>(place)].kind);
+  const std::optional<std::uint32_t> number =
+      place_of(named.name, spec.unit == kValueUnit ? program.values() : program.inputs());
+  if (!number) return error(absl::StrCat("which program ", program.kind(), " does not have"));
+  record.parameters[named.parameter] = *number;
   return absl::OkStatus();
 }
 

@@ -1,4 +1,5 @@
 // Programs of links in world files.
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <utility>
 
 #include "lpss/programs/registry.h"
 #include "worlds/loader/world_text_for_tests.h"
@@ -49,6 +51,35 @@ TEST(ProgramsOfFiles, NameBodies) {
   EXPECT_EQ(number_of(loaded.world.bodies.at(0).programs.at(0), "body"), 2);
   EXPECT_THAT(error_of_program(world_with_program("<tessera:program kind='pad' body='nobody::l'/>")),
               HasSubstr("names the body 'nobody::l', which is not there"));
+}
+
+TEST(ProgramsOfFiles, NameProgramsInputsAndValues) {
+  const auto with = [](const std::string& program) {
+    return world(model("m", "", kProgrammedBox + "<tessera:program kind='touch'/>" + program) +
+                 model("other", "",
+                       kProgrammedBox + "<tessera:program kind='pose'/>" +
+                           "<tessera:program kind='velocity_control' name='legs'/>"));
+  };
+  const LoadedWorld loaded =
+      load(with("<tessera:program kind='relay' program='touch' value='force' least='9' body='other::l' "
+                "to_program='legs' input='y' to_1='2'/>"));
+  const ProgramRecord& relay = loaded.world.bodies.at(0).programs.at(1);
+  EXPECT_EQ(number_of(relay, "program"), 0);
+  EXPECT_EQ(number_of(relay, "value"), 2);
+  EXPECT_EQ(number_of(relay, "body"), 2);
+  EXPECT_EQ(number_of(relay, "to_program"), 1);
+  EXPECT_EQ(number_of(relay, "input"), 1);
+  const LoadedWorld by_place = load(with("<tessera:program kind='relay' program='0' value='3'/>"));
+  EXPECT_EQ(number_of(by_place.world.bodies.at(0).programs.at(1), "value"), 3);
+  for (const auto& [numbers, error] :
+       {std::pair{"program='smell'", "names the program 'smell', which is not there"},
+        std::pair{"program='touch' value='smell'",
+                  "names the value 'smell', which program touch does not have"},
+        std::pair{"to_program='legs'", "names the program 'legs', but no body that has it"},
+        std::pair{"value='force'", "names the value 'force', but no program that has it"}}) {
+    EXPECT_THAT(error_of_program(with(absl::StrCat("<tessera:program kind='relay' ", numbers, "/>"))),
+                HasSubstr(error));
+  }
 }
 
 TEST(ProgramsOfFiles, NameJointsOfTheirOwnModelFirst) {

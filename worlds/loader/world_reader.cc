@@ -14,6 +14,7 @@
 #include <string>
 #include <utility>
 
+#include "lpss/programs/registry.h"
 #include "worlds/gazebo/detachable.h"
 #include "worlds/gazebo/fluids.h"
 #include "worlds/gazebo/systems.h"
@@ -82,6 +83,8 @@ class WorldReader {
   absl::StatusOr<std::optional<std::size_t>> body_named(const Element& element, const std::string& name);
   absl::Status resolve(Placed& placed);
   absl::Status add_bodies(const Placed& placed);
+  absl::Status add_standing_sensors(const Placed& placed);
+  Eigen::Vector3d start_of(const BodyDescription& body) const;
   absl::Status add_joints(const Placed& placed);
   absl::Status add_world_joint(Placed& placed);
   void note_materials();
@@ -193,6 +196,10 @@ absl::StatusOr<WorldDescription> WorldReader::read() {
     if (placed.joint == nullptr) continue;
     if (absl::Status status = add_world_joint(placed); !status.ok()) return status;
   }
+  for (const Placed& placed : placed_) {
+    if (placed.model == nullptr) continue;
+    if (absl::Status status = add_standing_sensors(placed); !status.ok()) return status;
+  }
   if (absl::Status status = find_carriers(); !status.ok()) return status;
   if (absl::Status status = programs_.resolve(world_, notices_); !status.ok()) return status;
   world_.settings.modules = sources_.modules();
@@ -258,6 +265,10 @@ absl::Status WorldReader::read_element(Element& element, const WorldPose& scope,
     return programs_.surroundings.take(element);
   }
   if (gazebo::Fluids::is_one(element)) return fluids_.take(element, notices_);
+  if (xml::is(element, "plugin") && gazebo::canonical_name(element) == gazebo::kTriggeredPublisher) {
+    programs_.add_publisher(element, notices_);
+    return absl::OkStatus();
+  }
   if (xml::is(element, "plugin")) {
     if (const std::string text = gazebo::skipped(element); !text.empty()) notices_.count(text);
     return absl::OkStatus();
@@ -506,6 +517,13 @@ absl::Status WorldReader::resolve(Placed& placed) {
   return absl::OkStatus();
 }
 
+// The centre of mass of a body, m from the origin of the world, or of the frame that moves in which it is.
+Eigen::Vector3d WorldReader::start_of(const BodyDescription& body) const {
+  const WorldPosition& at = body.pose.position;
+  const Eigen::Vector3d centre = body.pose.orientation * centre_frame(body.properties).position + at.local;
+  return centre + metres_between({0, 0, 0, at.sector.frame}, at.sector, world_.settings.sector_size);
+}
+
 absl::Status WorldReader::add_bodies(const Placed& placed) {
   const Eigen::Vector3d velocity = placed.scope.orientation * placed.extras.linear_velocity;
   const Eigen::Vector3d spin = placed.scope.orientation * placed.extras.angular_velocity;
@@ -528,14 +546,31 @@ absl::Status WorldReader::add_bodies(const Placed& placed) {
       body.linear_velocity = velocity + spin.cross(arm);
       body.angular_velocity = spin;
     }
-    const Eigen::Vector3d centre =
-        body.pose.orientation * centre_frame(link.properties).position + body.pose.position.local;
-    const Eigen::Vector3d start =
-        centre + metres_between({0, 0, 0, body.pose.position.sector.frame}, body.pose.position.sector,
-                                world_.settings.sector_size);
+    const Eigen::Vector3d start = start_of(body);
     programs_.add(link.programs, *placed.element, world_.bodies.size(), start, body);
     fluids_.surround(link.displaced, link.feels_wind, start, body, notices_);
     if (link.look) looks_->bodies.emplace(body.name, link.look);
+    world_.bodies.push_back(std::move(body));
+  }
+  return absl::OkStatus();
+}
+
+// Bodies at the end of the world, so that the others stay where joints expect them.
+absl::Status WorldReader::add_standing_sensors(const Placed& placed) {
+  for (const StandingSensors& standing : placed.model->standing_sensors) {
+    BodyDescription body;
+    body.name = absl::StrCat(placed.name, "::", standing.body.name);
+    body.properties = standing.body.properties;
+    absl::StatusOr<WorldPose> pose =
+        compose(placed.resolved, standing.body.pose, world_.settings.sector_size);
+    if (!pose.ok()) return at(*placed.element, pose.status());
+    body.pose = *pose;
+    programs_.add(standing.body.programs, *placed.element, world_.bodies.size(), start_of(body), body);
+    for (ProgramRecord& program : body.programs) {
+      // What they ask is about the link, where it has a body. Others have no such number.
+      const BodyId link = standing.link ? id_of(placed.first_body + *standing.link) : BodyId{};
+      set_number(program, "body", static_cast<double>(link.value)).IgnoreError();
+    }
     world_.bodies.push_back(std::move(body));
   }
   return absl::OkStatus();
