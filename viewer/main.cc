@@ -33,6 +33,9 @@ struct Arguments {
   std::filesystem::path looks;
   std::filesystem::path worlds;
   std::filesystem::path snapshots = snapshots_of_user();
+  std::filesystem::path recordings = recordings_of_user();
+  std::string recorder = RecorderOptions().command;
+  double recordings_max = 2000;  // MB
   PageOptions page;
   KeysOptions keys;
   bool any_port = false;
@@ -68,6 +71,16 @@ void add_options(CLI::App& app, Arguments& arguments) {
       "--snapshots", arguments.snapshots,
       "Folder in which it keeps snapshots; empty: none. By default tessera/snapshots among the states "
       "of this user's programs");
+  app.add_option("--recordings", arguments.recordings,
+                 "Folder in which it keeps recordings; empty: none. By default tessera/recordings among the "
+                 "states of this user's programs");
+  app.add_option("--recordings-max", arguments.recordings_max,
+                 "MB that all recordings in it together may have; what is recorded then ends")
+      ->check(number_within(1, 1e9))
+      ->capture_default_str();
+  app.add_option("--recorder", arguments.recorder,
+                 "The program tessera-record, if it is neither beside this one nor in PATH")
+      ->capture_default_str();
   app.add_option("--ready-file", arguments.ready_file,
                  "Write the address of the web UI to this file once it is served");
   add_parent_option(app, arguments.exit_with_parent);
@@ -79,6 +92,17 @@ std::shared_ptr<const WorldShelf> shelf_of(const Arguments& arguments) {
   return std::make_shared<WorldShelf>(
       arguments.worlds.empty() ? worlds_of_installation(program.parent_path()) : arguments.worlds,
       arguments.snapshots);
+}
+
+std::shared_ptr<Recorder> recorder_of(const Arguments& arguments) {
+  constexpr double kMegabyte = 1e6;
+  RecorderOptions options;
+  options.command = arguments.recorder;
+  options.folder = arguments.recordings;
+  options.bytes_max = static_cast<std::uint64_t>(arguments.recordings_max * kMegabyte);
+  options.address = arguments.client.connect;
+  options.keys = arguments.client.keys;
+  return std::make_shared<Recorder>(std::move(options));
 }
 
 absl::StatusOr<std::unique_ptr<WebServer>> open(const Arguments& arguments, Client& client) {
@@ -122,6 +146,7 @@ int main(int argc, char** argv) {
                           [&](Client& client, const std::function<void()>& wait) -> absl::Status {
                             arguments.page.looks = std::make_shared<viewer::FileLooks>(arguments.looks);
                             arguments.page.shelf = viewer::shelf_of(arguments);
+                            arguments.page.recorder = viewer::recorder_of(arguments);
                             if (arguments.exit_with_parent && !end_with_parent(parent, SIGTERM)) {
                               return absl::CancelledError("the process that started this one has ended");
                             }

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "viewer/file_looks.h"
+#include "viewer/recorder.h"
 #include "viewer/world_shelf.h"
 
 namespace tessera::viewer {
@@ -15,6 +16,7 @@ struct PageOptions {
   double states_per_second = 1e5;  // of bodies: with more in view, fewer frames
   std::shared_ptr<FileLooks> looks = std::make_shared<FileLooks>("");
   std::shared_ptr<const WorldShelf> shelf = std::make_shared<WorldShelf>("", "");
+  std::shared_ptr<Recorder> recorder = std::make_shared<Recorder>(RecorderOptions{});  // of all tabs
 };
 
 }  // namespace tessera::viewer

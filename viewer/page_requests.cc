@@ -298,6 +298,8 @@ absl::StatusOr<json> carry_out(const RequestContext& context, const json& reques
   if (what == "undo") return undo(context);
   if (what == "drive") return drive(client, request);
   if (what == "save") return save(client, options, request);
+  if (what == "record") return record(options, request);
+  if (what == "stop_recording") return stop_recording(options);
   if (what == "worlds") return worlds(options);
   if (what == "load" || what == "reset" || what == "restore") {
     if (!options.may_load)

@@ -1,6 +1,6 @@
 // Requests of the web UI to the cluster, one at a time: {"do": "pause" | "resume" | "step" | "spawn" |
 // "push" | "remove" | "undo" | "drive" | "pick" | "find" | "names" | "search" | "model" | "places" | "ground"
-// | "programs" | "worlds" | "load" | "reset" | "save" | "restore", ...}.
+// | "programs" | "worlds" | "load" | "reset" | "save" | "restore" | "record" | "stop_recording", ...}.
 #pragma once
 
 #include <absl/time/time.h>

@@ -10,6 +10,7 @@
 #include "client_sdk/src/status_json.h"
 #include "viewer/json.h"
 #include "viewer/page_requests.h"
+#include "viewer/world_requests.h"
 
 namespace tessera::viewer {
 namespace {
@@ -31,12 +32,13 @@ std::uint8_t place_of(const live::ClusterReport& report, std::uint64_t node) {
   return static_cast<std::uint8_t>(std::min<std::ptrdiff_t>(std::distance(report.nodes.begin(), place), 255));
 }
 
-json status_message(const live::ClusterReport& report) {
+json status_message(const live::ClusterReport& report, const Recorder& recorder) {
   json message = {{"type", "status"}, {"answers", report.answer.ok()}, {"status", to_json(report.cluster)}};
   if (!report.answer.ok()) message["why"] = std::string(report.answer.message());
   json nodes = json::array();
   for (const std::uint64_t node : report.nodes) nodes.push_back(absl::StrCat(absl::Hex(node)));
   message["nodes"] = std::move(nodes);
+  message["recording"] = to_json(recorder.state());
   return message;
 }
 
@@ -186,7 +188,7 @@ void PageSession::write() {
       has_news_ = false;
       const std::shared_ptr<const live::ClusterReport> report = report_;
       lock.unlock();
-      socket_.send_text(dump(status_message(*report)));
+      socket_.send_text(dump(status_message(*report, *options_.recorder)));
       lock.lock();
     } else if (const std::uint64_t read = options_.looks->files_read(); read != looks_read_) {
       // What was told of bodies before is told once more.

@@ -4,6 +4,7 @@
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/string_view.h>
+#include <absl/strings/strip.h>
 
 #include <algorithm>
 #include <array>
@@ -46,6 +47,7 @@ void reply(mg_connection* connection, absl::string_view status, absl::string_vie
   mg_write(connection, body.data(), body.size());
 }
 
+constexpr absl::string_view kRecordings = "/recordings/";
 constexpr absl::string_view kPlainText = "Content-Type: text/plain\r\n";
 constexpr absl::string_view kHtml = "Content-Type: text/html; charset=utf-8\r\n";
 
@@ -149,6 +151,35 @@ class StatusHandler final : public CivetHandler {
   const live::ClusterMonitor& monitor_;
 };
 
+// GET /recordings/NAME.mcap: a file to keep.
+class RecordingHandler final : public CivetHandler {
+ public:
+  RecordingHandler(const Doorkeeper& doorkeeper, const Recorder& recorder)
+      : doorkeeper_(doorkeeper), recorder_(recorder) {}
+
+  bool handleGet(CivetServer*, mg_connection* connection) override {
+    if (!doorkeeper_.admits_host(connection)) return true;
+    if (!doorkeeper_.role_of(connection)) {
+      reply(connection, "401 Unauthorized", kPlainText, "send a token: Authorization: Bearer TOKEN\n");
+      return true;
+    }
+    absl::string_view name = mg_get_request_info(connection)->local_uri;
+    const bool is_recording = absl::ConsumePrefix(&name, kRecordings) && absl::ConsumeSuffix(&name, ".mcap");
+    const absl::StatusOr<std::filesystem::path> file = recorder_.file(is_recording ? std::string(name) : "");
+    if (!file.ok()) {
+      reply(connection, "404 Not Found", kPlainText, absl::StrCat(file.status().message(), "\n"));
+      return true;
+    }
+    mg_send_mime_file2(connection, file->c_str(), "application/octet-stream",
+                       "Content-Disposition: attachment\r\nX-Content-Type-Options: nosniff\r\n");
+    return true;
+  }
+
+ private:
+  const Doorkeeper& doorkeeper_;
+  const Recorder& recorder_;
+};
+
 class LiveHandler final : public CivetWebSocketHandler {
  public:
   LiveHandler(const Doorkeeper& doorkeeper, Client& client, const PageOptions& options)
@@ -227,6 +258,7 @@ class WebServer::Impl {
         live_(doorkeeper_, client, options),
         monitor_(client, kStatusPeriod, [this](const auto& report) { live_.report(report); }),
         status_(doorkeeper_, monitor_),
+        recordings_(doorkeeper_, *options.recorder),
         page_(doorkeeper_),
         login_(doorkeeper_),
         server_(std::vector<std::string>{
@@ -235,6 +267,7 @@ class WebServer::Impl {
     server_.addHandler("/", page_);
     server_.addHandler("/login", login_);
     server_.addHandler("/status", status_);
+    server_.addHandler("/recordings", recordings_);
     server_.addWebSocketHandler("/live", live_);
   }
 
@@ -255,6 +288,7 @@ class WebServer::Impl {
   LiveHandler live_;
   live::ClusterMonitor monitor_;
   StatusHandler status_;
+  RecordingHandler recordings_;
   PageHandler page_;
   LoginHandler login_;
   CivetServer server_;

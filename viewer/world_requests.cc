@@ -91,6 +91,24 @@ absl::StatusOr<json> save(Client& client, const PageOptions& options, const json
   return json{{"tick", saved->tick}, {"bytes", saved->bytes}};
 }
 
+json to_json(const RecorderState& state) {
+  return {{"number", state.number}, {"is_recording", state.is_recording},
+          {"name", state.name},     {"bytes", state.bytes},
+          {"said", state.said},     {"is_whole", state.is_whole}};
+}
+
+absl::StatusOr<json> record(const PageOptions& options, const json& request) {
+  if (absl::Status status = options.recorder->start(request.at("name").get<std::string>()); !status.ok())
+    return status;
+  return to_json(options.recorder->state());
+}
+
+absl::StatusOr<json> stop_recording(const PageOptions& options) {
+  const absl::StatusOr<RecorderState> state = options.recorder->stop();
+  if (!state.ok()) return state.status();
+  return to_json(*state);
+}
+
 absl::StatusOr<json> restore(Client& client, const PageOptions& options, const json& request) {
   const absl::StatusOr<std::filesystem::path> file =
       options.shelf->snapshot(request.at("name").get<std::string>());

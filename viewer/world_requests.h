@@ -28,6 +28,11 @@ absl::StatusOr<nlohmann::json> reset(Client& client, const live::ClusterReport& 
 absl::StatusOr<nlohmann::json> save(Client& client, const PageOptions& options,
                                     const nlohmann::json& request);
 
+// {"name"}: records the world, until stop_recording(), or until there is no more room.
+absl::StatusOr<nlohmann::json> record(const PageOptions& options, const nlohmann::json& request);
+absl::StatusOr<nlohmann::json> stop_recording(const PageOptions& options);
+nlohmann::json to_json(const RecorderState& state);
+
 // {"name", "replace"}: the world of a snapshot.
 absl::StatusOr<nlohmann::json> restore(Client& client, const PageOptions& options,
                                        const nlohmann::json& request);

@@ -66,6 +66,15 @@ std::filesystem::path folder_named_by(const char* variable) {
   return value == nullptr ? "" : value;
 }
 
+std::filesystem::path state_of_user(const char* what) {
+  if (const auto folder = folder_named_by("STATE_DIRECTORY"); !folder.empty()) return folder / what;
+  if (const auto folder = folder_named_by("XDG_STATE_HOME"); !folder.empty())
+    return folder / "tessera" / what;
+  if (const auto folder = folder_named_by("HOME"); !folder.empty())
+    return folder / ".local/state/tessera" / what;
+  return {};
+}
+
 }  // namespace
 
 WorldShelf::WorldShelf(std::filesystem::path worlds, std::filesystem::path snapshots)
@@ -96,27 +105,34 @@ absl::StatusOr<std::filesystem::path> WorldShelf::snapshot(const std::string& na
   return named(files_of(snapshots_, kSnapshot), name, "snapshot");
 }
 
-absl::StatusOr<std::filesystem::path> WorldShelf::new_snapshot(const std::string& name) const {
-  if (!keeps_snapshots())
+absl::StatusOr<std::filesystem::path> new_file(const std::filesystem::path& folder, const std::string& name,
+                                               const char* extension, const char* kind) {
+  if (folder.empty()) {
     return absl::FailedPreconditionError(
-        "this web UI has no folder for snapshots: start it with --snapshots FOLDER");
+        absl::StrCat("this web UI has no folder for ", kind, "s: start it with --", kind, "s FOLDER"));
+  }
   if (!is_name(name)) {
     return absl::InvalidArgumentError(
         absl::StrCat("name: use 1 to ", kSnapshotNameMax,
                      " letters, digits, '-', '_' and '.', with a letter or a digit in front"));
   }
   std::error_code error;
-  std::filesystem::create_directories(snapshots_, error);
-  if (error) return absl::UnavailableError(absl::StrCat(snapshots_.string(), ": ", error.message()));
-  const std::filesystem::path file = snapshots_ / absl::StrCat(name, kSnapshot);
-  if (std::filesystem::exists(file, error))
+  std::filesystem::create_directories(folder, error);
+  if (error) return absl::UnavailableError(absl::StrCat(folder.string(), ": ", error.message()));
+  std::filesystem::path file = folder / absl::StrCat(name, extension);
+  if (std::filesystem::exists(file, error)) {
     return absl::AlreadyExistsError(
-        absl::StrCat("there is a snapshot of the name '", name, "': choose another one"));
-  if (files_of(snapshots_, kSnapshot).size() >= kShelfMax) {
-    return absl::ResourceExhaustedError(absl::StrCat(snapshots_.string(), " has ", kShelfMax,
-                                                     " snapshots, and more are not kept: remove some"));
+        absl::StrCat("there is a ", kind, " of the name '", name, "': choose another one"));
+  }
+  if (files_of(folder, extension).size() >= kShelfMax) {
+    return absl::ResourceExhaustedError(absl::StrCat(folder.string(), " has ", kShelfMax, " ", kind,
+                                                     "s, and more are not kept: remove some"));
   }
   return file;
+}
+
+absl::StatusOr<std::filesystem::path> WorldShelf::new_snapshot(const std::string& name) const {
+  return new_file(snapshots_, name, kSnapshot, "snapshot");
 }
 
 std::filesystem::path worlds_of_installation(const std::filesystem::path& executable_folder) {
@@ -128,13 +144,7 @@ std::filesystem::path worlds_of_installation(const std::filesystem::path& execut
   return {};
 }
 
-std::filesystem::path snapshots_of_user() {
-  if (const auto folder = folder_named_by("STATE_DIRECTORY"); !folder.empty()) return folder / "snapshots";
-  if (const auto folder = folder_named_by("XDG_STATE_HOME"); !folder.empty())
-    return folder / "tessera/snapshots";
-  if (const auto folder = folder_named_by("HOME"); !folder.empty())
-    return folder / ".local/state/tessera/snapshots";
-  return {};
-}
+std::filesystem::path snapshots_of_user() { return state_of_user("snapshots"); }
+std::filesystem::path recordings_of_user() { return state_of_user("recordings"); }
 
 }  // namespace tessera::viewer

@@ -49,11 +49,17 @@ class WorldShelf {
   std::filesystem::path snapshots_;
 };
 
+// The file of a name that is to be made in a folder, which is made, too. Errors as of new_snapshot(), for
+// which `kind` is "snapshot".
+absl::StatusOr<std::filesystem::path> new_file(const std::filesystem::path& folder, const std::string& name,
+                                               const char* extension, const char* kind);
+
 // The worlds that this program was installed or built with; empty if they are not there.
 std::filesystem::path worlds_of_installation(const std::filesystem::path& executable_folder);
 
 // Where programs of this user keep their state ($STATE_DIRECTORY, $XDG_STATE_HOME, or ~/.local/state); empty
 // if nothing tells.
 std::filesystem::path snapshots_of_user();
+std::filesystem::path recordings_of_user();
 
 }  // namespace tessera::viewer

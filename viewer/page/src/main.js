@@ -16,6 +16,7 @@ import {Player} from './player.js';
 import {number, usePlotColours} from './plot.js';
 import {between, moved, sectorText, toJson} from './position.js';
 import {Radios} from './radios.js';
+import {RecordButton} from './record_button.js';
 import {Picture} from './scene.js';
 import {Source} from './source.js';
 import {storage} from './storage.js';
@@ -214,6 +215,15 @@ const worlds = new Worlds({
   notify,
 });
 
+const recordButton = new RecordButton({
+  button: $('record'),
+  link: $('recordingFile'),
+  ask: (...question) => source.ask(...question),
+  mayRecord: () => source.isOpen && !player.isOn && !state.readOnly,
+  status: () => player.isOn || !state.status?.answers ? null : state.status.status,
+  notify,
+});
+
 // --- messages from the server ---
 
 source.addEventListener('open', () => {
@@ -289,6 +299,7 @@ source.addEventListener('status', ({detail}) => {
   showLegend();
   if (!player.isOn) dashboard.show(detail, state);
   worlds.refresh();
+  recordButton.refresh(detail.recording);
   refreshDetails();
   if (state.wantsPlace || places.all.length === 0) refreshPlaces();
 });

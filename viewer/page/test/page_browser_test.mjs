@@ -339,7 +339,7 @@ test('reconnects by itself after the connection is lost', async () => {
   await page.waitForFunction((from) => window.tessera.bodies.tick === from + 7, {}, tick);
   assert.equal(
       await page.$eval('#play', (button) => button.disabled), true, 'the read-only web UI has no controls');
-  for (const what of ['pause', 'load', 'reset', 'restore', 'save', 'undo']) {
+  for (const what of ['pause', 'load', 'reset', 'restore', 'save', 'undo', 'record', 'stop_recording']) {
     const refused = await page.evaluate(
         (name) => window.tessera.connection.ask(name, {world: 'tower', name: 'a'}).catch((error) => error.message), what);
     assert.match(refused, /read-only/, what);
@@ -410,6 +410,45 @@ test('a removed body comes back by undo, where nothing else hangs on it', async 
   for (const [axis, x] of (await place()).local.entries()) assert.ok(Math.abs(x - local[axis]) < 0.05, `axis ${axis}`);
   const again = await page.evaluate(() => window.tessera.connection.ask('undo').catch(({message}) => message));
   assert.equal(again, 'there is nothing to undo');
+});
+
+test('a world is recorded, up to a size, and the file is one that Open… shows', async () => {
+  const recordings = join(folder, 'recordings');
+  const viewer = await start(
+      'tessera-viewer',
+      [
+        '--connect', cluster.address, '--listen', '127.0.0.1:0', '--recordings', recordings, '--recorder', process.env.TESSERA_RECORD,
+        '--recordings-max', '1'
+      ],
+      /at (http\S+)/);
+  await goCoarsely(viewer.found[0]);
+  const isButton = (text) => page.waitForFunction(
+      (wanted) => document.getElementById('record').textContent === wanted && !document.getElementById('record').disabled, {}, text);
+  await isButton('Record');
+  await page.click('#record');
+  await isButton('Stop');
+  const refused = (what, details) => page.evaluate(
+      (...question) => window.tessera.connection.ask(...question).catch(({message}) => message), what, details);
+  assert.match(await refused('record', {name: 'b'}), /a recording is made already/);
+  await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 20}));
+  await page.click('#record');
+  await isButton('Record');
+  await page.waitForFunction(() => /recorded \d+ ticks, [\d.]+ MB$/.test(document.getElementById('notice').textContent));
+  const file = await page.evaluate(async () => {
+    const bytes = new Uint8Array(await (await fetch(document.getElementById('recordingFile').href)).arrayBuffer());
+    return {size: bytes.length, start: [...bytes.subarray(1, 5)], end: [...bytes.subarray(-7, -3)]};
+  });
+  const mcap = [...'MCAP'].map((letter) => letter.charCodeAt(0));
+  assert.deepEqual([file.start, file.end], [mcap, mcap], `${file.size} bytes`);
+  assert.equal(await refused('stop_recording'), 'nothing is recorded');
+  assert.match(await refused('record', {name: '../out'}), /^name: use 1 to 64/);
+  const missing = await fetch(new URL('/recordings/..%2Fsecret.mcap', viewer.found[0]));
+  assert.equal(missing.status, 404);
+  // What is there already counts.
+  await writeFile(join(recordings, 'large.mcap'), Buffer.alloc(1_000_000));
+  assert.match(await refused('record', {name: 'c'}), /which is all that they may have/);
+  await goCoarsely(cluster.url);
+  await viewer.stop();
 });
 
 test('a world is saved, reset and restored', async () => {
