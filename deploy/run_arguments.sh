@@ -12,52 +12,22 @@ refuse() {
   exit "$1"
 }
 
-# How many letters must change in one word to get the other.
-distance() {
-  local i j diagonal changed above row=()
-  for ((j = 0; j <= ${#2}; ++j)); do row[j]=$j; done
-  for ((i = 1; i <= ${#1}; ++i)); do
-    diagonal=${row[0]} row[0]=$i
-    for ((j = 1; j <= ${#2}; ++j)); do
-      above=${row[j]} changed=$diagonal diagonal=${row[j]}
-      [ "${1:i-1:1}" = "${2:j-1:1}" ] || ((++changed))
-      if ((above + 1 < changed)); then changed=$((above + 1)); fi
-      if ((row[j - 1] + 1 < changed)); then changed=$((row[j - 1] + 1)); fi
-      row[j]=$changed
-    done
-  done
-  echo "${row[${#2}]}"
-}
-
-# The argument, with the option that it may have been meant to be.
-with_guess() {
-  local word=${1%%=*} name guess="" letters best
-  best=$(((${#word} - 2) / 3 + 2))
-  for name in "${names[@]}"; do
-    [ ${#word} -le 64 ] || break
-    letters=$(distance "$word" "$name")
-    if [ "$letters" -lt "$best" ]; then best=$letters guess=" (did you mean $name?)"; fi
-  done
-  echo "$1$guess"
-}
-
 # Those that begin with a dash, if there are any: others may be the values of these.
 refuse_unknown() {
   local word named=()
-  for word in "$@"; do [[ $word != -* ]] || named+=("$(with_guess "$word")"); done
+  for word in "$@"; do [[ $word != -* ]] || named+=("$word"); done
   [ ${#named[@]} -gt 0 ] || named=("$@")
   if [ ${#named[@]} -gt 1 ]; then refuse 2 "The following arguments were not expected: ${named[*]}"; fi
   refuse 2 "The following argument was not expected: ${named[0]}"
 }
 
-# The kinds of the values of options, empty for those without one; and the options in the order of the help.
+# The kinds of the values of options, empty for those without one.
 read_help() {
   local line name
   while IFS= read -r line; do
     [[ $line =~ ^\ \ (-[^\ ]+)(\ (TEXT|INT|UINT|FLOAT))? ]] || continue
     for name in ${BASH_REMATCH[1]//,/ }; do
       kinds[$name]=${BASH_REMATCH[3]}
-      names+=("$name")
     done
     [[ ! $line =~ ^\ \ --prove\ Excludes:(.*) ]] || excluded=" ${BASH_REMATCH[1]} "
   done <"$help_file"
@@ -66,7 +36,7 @@ read_help() {
 # Sets `world` and `options`. Exits with 2, or 1 for a world that cannot be read, and a message; with 0 after --help.
 take_arguments() {
   local -A kinds=()
-  local names=() excluded="" unknown=() given name value
+  local excluded="" unknown=() given name value
   read_help
   world="" options=()
   while [ $# -gt 0 ]; do

@@ -8,6 +8,7 @@ Prints what is not so; exit code 1 if anything is.
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -73,8 +74,9 @@ class Scratch:
 
 
 def first_line(said: subprocess.CompletedProcess[str], scratch: Scratch) -> str:
-    """Without the folder, and without the bounds after the kind of a value."""
+    """Without the folder, what may have been meant, and the bounds after the kind of a value."""
     line = (said.stderr.splitlines() or [""])[0].replace(f"{scratch.folder}/", "")
+    line = re.sub(r" \(did you mean [^)]*\)", "", line)
     head, found, _ = line.partition(" required ")
     return head + found + line[len(head + found) :].partition(":")[0].replace(" missing", "") if found else line
 
