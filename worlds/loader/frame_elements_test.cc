@@ -187,6 +187,9 @@ std::vector<BadFrame> bad_frames() {
        world("<tessera:frame name='g'>" + ship() +
              "</tessera:frame><tessera:frame name='f' carrier='ship::l'/>"),
        {"frame 'f'", "must be in the world frame"}},
+      {"InFrameWithCarrier",
+       world(ship() + "<tessera:frame name='g'><tessera:frame name='f' carrier='ship::l'/></tessera:frame>"),
+       {"<tessera:frame name='f'>", "in the world, not in another <tessera:frame>"}},
   };
 }
 
