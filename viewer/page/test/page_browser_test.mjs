@@ -534,16 +534,18 @@ test('what is aboard of a frame that moves is selected, pushed and joined by cli
   const isAboard = () => {
     const {bodies, state} = window.tessera;
     const body = bodies.look(state.selected);
-    return body !== null && body.info.name !== 'crate_2::crate' && body.isAboard;
+    const isNew = body !== null && body.info.name !== 'crate_2::crate' && body.isAboard;
+    if (isNew) window.spawned = state.selected;
+    return isNew;
   };
   await stepUntil(isAboard);
-  await page.evaluate(() => window.tessera.connection.ask('remove', {body: window.tessera.state.selected}));
+  await page.evaluate(() => window.tessera.connection.ask('remove', {body: window.spawned}));
   await page.click('[data-tool=push]');
   await clickInTheMiddle();
   await stepUntil(() => {
     const {bodies} = window.tessera;
     const id = [...bodies.ids].find((one) => bodies.look(one).info.name === 'crate_2::crate');
-    return bodies.look(id).speed > 0.5;
+    return bodies.look(id)?.speed > 0.5;
   });
   await page.click('[data-tool=select]');
 });
