@@ -191,8 +191,8 @@ void Streams::begin_world(const v1::LoadWorld& load) {
   source_.set_since(0);
   for (const auto& contacts : contacts_) contacts->told_of_world = Told::kNothing;
   for (const auto& divergences : divergences_) divergences->told_of_world = Told::kNothing;
-  for (const auto& bodies : bodies_) bodies->told.forget();
-  for (const auto& programs : programs_) programs->told_until = 0;
+  for (const auto& bodies : bodies_) bodies->forget();
+  for (const auto& programs : programs_) programs->forget();
   if (!goes_on) {
     for (const auto& bodies : bodies_) bodies->told_of_world = Told::kNothing;
     for (const auto& seams : seams_) seams->told_of_world = Told::kNothing;
@@ -206,20 +206,13 @@ void Streams::change_servers(const NewServers& servers) {
   const std::lock_guard lock(mutex_);
   source_.set_servers(static_cast<std::uint32_t>(servers.servers));
   source_.set_since(servers.since);
-  const auto outdate = [](const auto& subscription) {
-    if (subscription->told_of_world != Told::kBetweenTicks) return false;
-    subscription->told_of_world = Told::kOutdated;
-    return true;
-  };
-  for (const auto& contacts : contacts_) outdate(contacts);
-  for (const auto& seams : seams_) outdate(seams);
-  for (const auto& divergences : divergences_) outdate(divergences);
-  for (const auto& bodies : bodies_) {
-    if (outdate(bodies)) bodies->told.forget();
-  }
-  for (const auto& programs : programs_) {
-    if (outdate(programs)) programs->told_until = 0;
-  }
+  for_each_list([](const auto& list) {
+    for (const auto& subscription : list) {
+      if (subscription->told_of_world != Told::kBetweenTicks) continue;
+      subscription->told_of_world = Told::kOutdated;
+      if constexpr (requires { subscription->forget(); }) subscription->forget();
+    }
+  });
   for (const v1::Subscription& subscription : servers.subscriptions) expect(subscription);
   changed_ = true;
 }

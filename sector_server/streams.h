@@ -71,6 +71,9 @@ class Streams final : public v1::Streams::Service {
     explicit Bodies(const v1::WatchBodiesRequest& request)
         : Subscription(request), told(request), budget(request.bytes_per_second(), Time::clock::now()) {}
 
+    // What it has told: it is told again.
+    void forget() { told.forget(); }
+
     ToldBodies told;  // of the thread that publishes
     StreamBudget budget;
   };
@@ -80,6 +83,8 @@ class Streams final : public v1::Streams::Service {
   using Divergences = Subscription<v1::WatchDivergencesRequest, v1::DivergenceBatch>;
   struct Programs : Subscription<v1::WatchProgramsRequest, v1::ProgramBatch> {
     explicit Programs(const v1::WatchProgramsRequest& request) : Subscription(request), watched(request) {}
+
+    void forget() { told_until = 0; }
 
     const WatchedPrograms watched;
     std::uint64_t told_until = 0;  // a look of program_changes_; of the thread that publishes
