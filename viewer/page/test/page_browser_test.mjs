@@ -85,12 +85,13 @@ async function playUntil(condition, ...args) {
   await isInState('paused');
 }
 
-// Steps tick by tick: a click takes effect in one of the next ticks.
+// Steps tick by tick, each of which is shown before the next: a click takes effect in one of the next ticks.
 async function stepUntil(condition, ...args) {
   const deadline = Date.now() + 60_000;
   while (!await page.evaluate(condition, ...args)) {
     assert.ok(Date.now() < deadline, `${condition} does not become true`);
-    await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 1}));
+    const {tick} = await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 1}));
+    await isAtTick(tick);
   }
 }
 
@@ -540,6 +541,8 @@ test('what is aboard of a frame that moves is selected, pushed and joined by cli
   };
   await stepUntil(isAboard);
   await page.evaluate(() => window.tessera.connection.ask('remove', {body: window.spawned}));
+  await stepUntil(() => ![...window.tessera.bodies.ids].includes(window.spawned));
+  await jumpTo('crate_2::crate');  // which has moved along
   await page.click('[data-tool=push]');
   await clickInTheMiddle();
   await stepUntil(() => {
