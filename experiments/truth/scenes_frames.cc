@@ -31,7 +31,8 @@ WorldDescription in_orbit(const WorldDescription& world, const Vector3d& spin = 
 
 // --- a wheel in space, that turns about y ---
 
-constexpr double kSpin = 0.3;  // rad/s
+constexpr double kSpin = 0.3;            // rad/s
+constexpr double kEarthSpin = 7.292e-5;  // rad/s
 
 Vector3d to_frame(const Vector3d& outside, double time) {
   return rotation_by(Vector3d(0, -kSpin * time, 0)) * outside;
@@ -81,35 +82,57 @@ Scene slides_in_a_habitat() {
   return scene;
 }
 
-// At a latitude, the plane of a pendulum turns by -w sin(latitude) t: here fast, at the pole.
-Scene foucault() {
-  constexpr double kTurn = 0.02;  // rad/s
+// At rest outside, for an hour: in the habitat, it goes round the axis 172 times.
+Scene circles_for_an_hour() {
+  constexpr double kCircle = 50;
+  static const Vector3d kOnCircle(kCircle, 1, 0);
+  Scene scene = frame_scene("circles_for_an_hour", 3600);
+  scene.has_border = false;
+  scene.every = 60;
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    add_body(builder, "ball", Sphere{0.2}, 1, kOnCircle, 0.5).linear_velocity =
+        -Vector3d(0, kSpin, 0).cross(kOnCircle);
+    return in_orbit(builder.world(), {0, kSpin, 0});
+  };
+  scene.results = [](const Course& course) -> Results {
+    const Glance& end = course.last("ball");
+    const Vector3d right = to_frame(kOnCircle, course.seconds());
+    const double speed = kSpin * kCircle;
+    return {{"radius", "m", kCircle, Vector3d(end.place.x(), 0, end.place.z()).norm(), 1e-3 * kCircle},
+            {"off its place", "m", 0, (end.place - right).norm(), 0.5},
+            {"speed", "m/s", speed, end.velocity.norm(), 1e-3 * speed}};
+  };
+  return scene;
+}
+
+// At a latitude, the plane of a pendulum turns by -w sin(latitude) t: here at the pole.
+Scene foucault(const std::string& name, double turn, double seconds) {
   constexpr double kLength = 10;  // m
   constexpr double kWide = 0.5;   // m
-  constexpr double kSeconds = 60;
-  Scene scene = frame_scene("foucault", kSeconds);
+  Scene scene = frame_scene(name, seconds);
   scene.has_border = false;
   scene.world = [=](const WorldSettings& settings) {
     WorldBuilder builder(with_gravity(settings, {0, 0, -kGravity}));
     BodyDescription& bob = add_body(builder, "bob", Sphere{0.1}, 10,
                                     {kWide, 0, -std::sqrt(kLength * kLength - kWide * kWide)}, 0.5);
     // At rest outside: else it would go round.
-    bob.linear_velocity = -Vector3d(0, 0, kTurn).cross(Vector3d(kWide, 0, 0));
-    bob.angular_velocity = {0, 0, -kTurn};
+    bob.linear_velocity = -Vector3d(0, 0, turn).cross(Vector3d(kWide, 0, 0));
+    bob.angular_velocity = {0, 0, -turn};
     builder.tie("wire", JointType::kBall, "", "bob", {0, 0, 0});
-    return in_orbit(builder.world(), {0, 0, kTurn});
+    return in_orbit(builder.world(), {0, 0, turn});
   };
   scene.results = [=](const Course& course) -> Results {
     // The line of the last half period, through its two ends.
     const double period = 2 * std::numbers::pi * std::sqrt(kLength / kGravity);
-    const std::span<const Glance> all = course.between("bob", kSeconds - period, kSeconds);
+    const std::span<const Glance> all = course.between("bob", seconds - period, seconds);
     const auto farthest =
         std::ranges::max_element(all, {}, [](const Glance& g) { return g.place.head<2>().norm(); });
-    const double time = kSeconds - period + static_cast<double>(farthest - all.begin()) * course.dt();
+    const double time = seconds - period + static_cast<double>(farthest - all.begin()) * course.dt();
     const double angle = std::atan2(farthest->place.y(), farthest->place.x());
-    const double off = std::remainder(angle + kTurn * time, std::numbers::pi);
+    const double off = std::remainder(angle + turn * time, std::numbers::pi);
     return {{"direction", "degrees", 0, off * 180 / std::numbers::pi,
-             0.01 * kTurn * time * 180 / std::numbers::pi},
+             0.01 * turn * time * 180 / std::numbers::pi},
             {"width", "m", kWide, farthest->place.head<2>().norm(), 0.01 * kWide}};
   };
   return scene;
@@ -379,7 +402,9 @@ std::vector<Scene> frame_scenes() {
   return {flies_in_a_habitat("let_go_in_a_habitat", Vector3d::Zero()),
           flies_in_a_habitat("thrown_in_a_habitat", {4, -1, 7}),
           slides_in_a_habitat(),
-          foucault(),
+          circles_for_an_hour(),
+          foucault("foucault", 0.02, 60),
+          foucault("foucault_for_an_hour", kEarthSpin, 3600),
           brakes("brakes_that_friction_holds", 2),
           brakes("brakes_that_slide", 4),
           thrown_along_keys(),

@@ -153,8 +153,11 @@ struct NearBody {
 
 // What a frame that turns does to a body in a step.
 struct FrameTurn {
-  Eigen::Vector3d acceleration;  // m/s^2, mean: on top of gravity
+  // By the velocities at the beginning; what something holds is to get the mean of that and of what those at
+  // the end make of it.
+  Eigen::Vector3d acceleration;  // m/s^2, on top of gravity
   Eigen::Vector3d torque;        // N m
+  Eigen::Vector3d spin;          // rad/s, of the frame
   // In free flight, in the place of gravity and that: the way (m), and how the velocity changes (m/s).
   Eigen::Vector3d way;
   Eigen::Vector3d change;

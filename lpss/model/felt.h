@@ -34,10 +34,10 @@ class Felt {
   // Whether bodies feel more by how they move.
   bool turns() const { return turns_; }
 
-  // The mean acceleration (m/s^2) by the Coriolis force in a tick, of a body with this velocity (m/s) at its
-  // beginning. It turns that velocity and does no work. What the body would gain in the tick by what it feels
-  // at rest does not count: a body that something holds does not gain it, and one that flies has flight().
+  // The mean acceleration (m/s^2) by the Coriolis force in a tick, of a body that keeps this velocity (m/s).
   Eigen::Vector3d coriolis(const Eigen::Vector3d& velocity) const;
+  // rad/s, of the frame, as that and torque() have it.
+  const Eigen::Vector3d& spin() const { return felt_spin_; }
 
   // A tick of a body that nothing pushes: straight on, or on a parabola, as seen from where nothing turns.
   struct Flight {

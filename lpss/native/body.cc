@@ -174,6 +174,21 @@ void Body::coast(Scalar dt) {
   pose.position -= push * (dt / 2);
 }
 
+// The turning itself has the mean already: that of a body that nothing else pushes.
+void Body::turn_late(const Vector& linear_change, const Vector& angular_change, Scalar dt) {
+  const Vector spin = turning->spin.cast<Scalar>();
+  linear -= spin.cross(Vector(linear_change - turning->acceleration.cast<Scalar>() * dt)) * dt;
+  // As Felt::torque() has it, along the principal axes.
+  const auto back = pose.rotation.transpose();
+  const Vector turn = back * spin;
+  const Vector given = back * turning->torque.cast<Scalar>();
+  const Vector change = back * angular_change - given.cwiseProduct(inverse_moments) * dt;
+  const Vector late = moments.cwiseProduct(change.cross(turn)) -
+                      turn.cross(Vector(moments.cwiseProduct(change))) +
+                      Vector(moments.cwiseProduct(turn)).cross(change);
+  angular += pose.rotation * Vector(late.cwiseProduct(inverse_moments) * (dt / 2));
+}
+
 std::optional<DivergenceKind> Body::divergence() const {
   return divergence_of(linear.cast<double>(), angular.cast<double>(), double(solid->radius()));
 }

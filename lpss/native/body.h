@@ -79,6 +79,11 @@ struct Body {
   // is another one, SectorWorld::end_flight() completes v: leapfrog, which keeps orbits.
   void coast(Scalar dt);
 
+  // In a frame that turns, once a step of `dt` seconds has changed its velocities by these (m/s, rad/s): half
+  // of what the Coriolis force and the gyroscopic torque are more at the end than at the beginning. By the
+  // mean over the step they do no work; half a step late, they would turn the plane of a pendulum.
+  void turn_late(const Vector& linear_change, const Vector& angular_change, Scalar dt);
+
   // Where its velocities are out of range: back at the start of the tick, and at rest.
   std::optional<DivergenceKind> divergence() const;
   void stop();

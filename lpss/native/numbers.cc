@@ -102,6 +102,7 @@ void take(const Numbers::Solved& solved, double dt, Body& body) {
     body.linear += solved.linear;
     body.angular += solved.angular;
     if (body.flies) body.pose.position -= body.gravity * (Scalar(dt) * solved.overshoot);
+    if (body.turning) body.turn_late(solved.linear, solved.angular, Scalar(dt));
   } else {
     body.coast(Scalar(dt));
   }

@@ -67,7 +67,7 @@ void feel(const Partition& partition, Sector& sector, const HomeBody& body) {
   const Felt::Flight flight = felt.flight(sector.index, position, velocity, has_gravity);
   sector.world->set_turning(
       body.slot, {felt.coriolis(velocity), felt.torque(inertia, Vector3d(state.angular_velocity.data())),
-                  flight.way, flight.change});
+                  felt.spin(), flight.way, flight.change});
 }
 
 }  // namespace
