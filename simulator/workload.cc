@@ -189,13 +189,12 @@ WorldPosition Workload::any_place() {
   return place.ok() ? *place : start;  // there is nothing beyond the last sector
 }
 
-// What carries a frame stays in the world frame.
+// What carries a frame stays in the frame that it moves in.
 WorldPosition Workload::any_place_for(std::uint64_t body) {
   WorldPosition place = any_place();
-  const auto is_on_it = [body](const MovingFrame& frame) {
-    return frame.carrier && frame.carrier->body.value == body;
-  };
-  if (std::ranges::any_of(known_.settings.frames, is_on_it)) place.sector.frame = kWorldFrame;
+  for (const MovingFrame& frame : known_.settings.frames) {
+    if (frame.carrier && frame.carrier->body.value == body) place.sector.frame = frame.parent();
+  }
   return place;
 }
 

@@ -65,6 +65,33 @@ TEST_F(Recovery, OfFramesThatMove) {
   }
 }
 
+// A pod leaves the frame of a planet for the world, and comes into that of a station, where a ship docks that
+// carries a frame itself: as one server after the other is killed.
+TEST_F(Recovery, OfAVoyage) {
+  constexpr std::uint64_t kTicks = 1500;
+  const WorldDescription world = read_world("voyage.sdf");
+  ASSERT_THAT(client().load(world, true).status(), IsOk());
+  for (const std::size_t place : {0, 1, 0}) {
+    ASSERT_THAT(client().step(kTicks / 4, kPatience).status(), IsOk());
+    ASSERT_EQ(kill(processes().server(place), SIGKILL), 0);
+    ASSERT_THAT(processes().replace_server(place), IsOk());
+  }
+  ASSERT_THAT(client().step(kTicks / 4, kPatience).status(), IsOk());
+  EXPECT_EQ(client().hash().value().hash, hash_in_process(world, kTicks));
+  const auto stream = client().watch_bodies({}, kPatience);
+  ASSERT_THAT(stream.status(), IsOk());
+  const absl::StatusOr<BodyFrame> frame = (*stream)->next(kPatience);
+  ASSERT_THAT(frame.status(), IsOk());
+  const auto body = [&](const std::string& name) {
+    const BodyId id = client().find(name, kPatience).value().id;
+    return std::ranges::find(frame->bodies, id, &BodySample::id)->pose.position;
+  };
+  const auto& frames = world.settings.frames;
+  const auto station = std::ranges::find(frames, "station", &MovingFrame::name) - frames.begin() + 1;
+  for (const char* part : {"pod::front", "pod::rear"}) EXPECT_EQ(body(part).sector.frame, station) << part;
+  EXPECT_NEAR(body("ship::hull").local.z(), 11, 0.01) << "its side is at the port's";
+}
+
 TEST_F(Recovery, FromTheLossOfAllServersAtOnce) {
   go_on(60);
   for (const std::size_t place : {0, 1}) ASSERT_EQ(kill(processes().server(place), SIGKILL), 0);

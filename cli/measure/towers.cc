@@ -28,9 +28,7 @@ Eigen::Vector3d local(const BodyRecord& record) { return Eigen::Vector3d(record.
 
 // m/s^2, along the axes of the frame that the body is in.
 Eigen::Vector3d felt_at_start(const WorldSettings& settings, const BodyRecord& record) {
-  const FrameNumber frame = record.home.frame;
-  const bool is_carried = frame != kWorldFrame && settings.frames[frame - 1].carrier;
-  const Felt felt = is_carried ? Felt(settings, carried_at_start(settings, frame)) : Felt(settings, frame, 0);
+  const Felt felt(settings, record.home.frame, 0, carried_at_start(settings));
   return felt.at(record.home, local(record), /*has_gravity=*/true);
 }
 

@@ -13,6 +13,7 @@
 #include "experiments/motion/crossings.h"
 #include "experiments/motion/day.h"
 #include "experiments/scenes.h"
+#include "lpss/simulation/example_programs.h"
 #include "lpss/simulation/example_worlds.h"
 #include "lpss/simulation/partition_cluster.h"
 #include "lpss/simulation/simulation.h"
@@ -52,6 +53,7 @@ std::vector<MotionScene> motion_scenes(const ExperimentOptions& options) {
   return {{"tower", tower_world(settings, 10, {7, 7, 0})},
           {"pile", pile_world(settings, bodies)},
           {"pyramid", pyramid_world(settings, options.quick ? 6 : 20)},
+          {"crowd", crowd_world(settings)},
           {"chain", chain_world(settings, 30, {0, 0, 20})}};
 }
 

@@ -258,6 +258,41 @@ WorldDescription with_ship(const WorldSettings& settings, double mass, double th
   return builder.world();
 }
 
+// Over the deck of a hull that goes straight on in the habitat, and carries a frame: a ball flies as it would
+// without both.
+Scene thrown_aboard_in_a_habitat() {
+  static const Vector3d kHullAt(kPlace, 1, -50);
+  static const Vector3d kCourse(2, 0.5, 1);     // m/s, in the habitat
+  static const Vector3d kThrownAt(1, 0, 2);     // m, in the frame of the hull
+  static const Vector3d kVelocity(-1, 0.5, 4);  // m/s, likewise
+  Scene scene = frame_scene("thrown_aboard_in_a_habitat", 3);
+  scene.world = [](const WorldSettings& settings) {
+    WorldBuilder builder(with_gravity(settings, Vector3d::Zero()));
+    BodyDescription& hull =
+        builder.add("hull", builder.shape(Box{{6, 3, 1}}), 1000, kHullAt, Motion::kKinematic);
+    hull.linear_velocity = kCourse;
+    add_body(builder, "ball", Sphere{0.2}, 1, kThrownAt, 0.5).linear_velocity = kVelocity;
+    WorldDescription world = in_orbit(builder.world(), {0, kSpin, 0});
+    MovingFrame deck;
+    deck.name = "deck";
+    deck.carrier = FrameCarrier{BodyId{1}, {}};
+    world.settings.frames.push_back(deck);
+    world.bodies[1].pose.position = *canonical({0, 0, 0, 2}, kThrownAt, settings.sector_size);
+    place_carried(world);
+    return world;
+  };
+  scene.results = [](const Course& course) -> Results {
+    const double time = static_cast<double>(course.ticks()) * course.dt();
+    const Vector3d outside = kVelocity + kCourse + Vector3d(0, kSpin, 0).cross(kHullAt + kThrownAt);
+    const Vector3d in_habitat = to_frame(kHullAt + kThrownAt + outside * time, time);
+    const Vector3d speed = to_frame(outside, time) - Vector3d(0, kSpin, 0).cross(in_habitat) - kCourse;
+    const Glance& end = course.last("ball");
+    return {{"off its place", "m", 0, (end.place - (in_habitat - kHullAt - kCourse * time)).norm(), 2e-3},
+            {"off its velocity", "m/s", 0, (end.velocity - speed).norm(), 2e-3}};
+  };
+  return scene;
+}
+
 void add_wall(WorldBuilder& builder, double x) {
   builder.add("wall", builder.shape(Box{{1, 8, 8}}), 1, {x, 0, 0}, Motion::kStatic);
 }
@@ -409,6 +444,7 @@ std::vector<Scene> frame_scenes() {
           brakes("brakes_that_slide", 4),
           thrown_along_keys(),
           slides_along_keys(),
+          thrown_aboard_in_a_habitat(),
           thrust_with_cargo("thrust_with_cargo", 200),
           thrust_with_cargo("thrust_with_heavy_cargo", 5000),
           crew_to_the_bow(),

@@ -26,74 +26,103 @@ Matrix3d gyroscopic(const Matrix3d& inertia, const Vector3d& spin) {
 
 }  // namespace
 
-// The motion of the outermost of the frames that one moves in: as the path or, in the tick that comes, the
-// carrier has it.
-class Felt::Outermost {
+// How a frame moves in the tick: the frames that it moves in, one in the other, as their paths or, in the
+// tick that comes, their carriers have them.
+class Felt::Course {
  public:
-  Outermost(const WorldSettings& settings, const MovingFrame& moving, double time,
-            const CarriedFrame* carried)
-      : settings_(settings), frame_(outermost(settings, moving)), time_(time), carried_(carried) {
+  Course(const WorldSettings& settings, FrameNumber frame, double time, std::span<const CarriedFrame> carried)
+      : settings_(settings), frame_(frame), time_(time), carried_(carried) {
+    const MovingFrame& outer = outermost(settings, settings.frames[frame - 1]);
+    outer_ = carried_of(outer);
+    for (FrameNumber at = frame; at != kWorldFrame; at = settings.frames[at - 1].parent())
+      has_carrier_ = has_carrier_ || carried_of(settings.frames[at - 1]) != nullptr;
     const auto* planet = std::get_if<CentralGravity>(&settings.gravity);
-    falls_ = carried == nullptr ? frame_.falls : planet != nullptr;
+    goes_evenly_ =
+        planet == nullptr && outer_ == nullptr && !outer.falls && outer.legs.empty() && outer.keys.empty();
+    falls_ = outer_ == nullptr ? outer.falls : planet != nullptr;
     if (planet == nullptr) return;
-    const WorldPosition& from = carried == nullptr ? frame_.start.position : carried->place.origin;
+    const WorldPosition& from = outer_ == nullptr ? outer.start.position : outer_->place.origin;
     from_centre_ = metres_from(*planet, from, settings.sector_size);
-    if (carried != nullptr)
-      pull_ = mean_pull(*planet, from_centre_, carried->place.velocity, settings.time_step);
+    if (outer_ != nullptr)
+      pull_ = mean_pull(*planet, from_centre_, outer_->place.velocity, settings.time_step);
   }
 
+  const MovingFrame& moving() const { return settings_.frames[frame_ - 1]; }
+  bool has_carrier() const { return has_carrier_; }
+  // Whether the outermost frame does.
   bool falls() const { return falls_; }
-  // m, of where its ways are from, from the centre of a planet.
+  // m, of where the ways of the outermost frame are from, from the centre of a planet.
   const Vector3d& from_centre() const { return from_centre_; }
 
-  // So many seconds after the beginning of the tick; where it falls, the acceleration is what is beyond that.
-  FrameMotion after(double seconds) const {
-    if (carried_ == nullptr) return motion_at(settings_, frame_, time_ + seconds);
-    const FramePlace& place = carried_->place;
-    const Vector3d turned = (place.spin + carried_->angular_acceleration * (seconds / 2)) * seconds;
-    FrameMotion motion;
-    motion.way = (place.velocity + carried_->acceleration * (seconds / 2)) * seconds;
-    motion.velocity = place.velocity + carried_->acceleration * seconds;
-    motion.acceleration = carried_->acceleration - pull_;
-    motion.orientation = (rotation_by(turned) * place.orientation).normalized();
-    motion.spin = place.spin + carried_->angular_acceleration * seconds;
-    motion.angular_acceleration = carried_->angular_acceleration;
-    return motion;
-  }
+  // In the world, so many seconds after the beginning of the tick; where it falls, the acceleration is what
+  // is beyond that.
+  FrameMotion after(double seconds) const { return after(moving(), seconds); }
 
-  // What falling alone makes of it, if it falls.
+  // What falling alone makes of the outermost frame, if it falls.
   FrameMotion fallen_after(double seconds) const {
     if (!falls_) return {};
-    if (carried_ == nullptr) return after(seconds);
+    if (outer_ == nullptr) return after(outermost(settings_, moving()), seconds);
     FrameMotion motion;
-    motion.way = (carried_->place.velocity + pull_ * (seconds / 2)) * seconds;
-    motion.velocity = carried_->place.velocity + pull_ * seconds;
+    motion.way = (outer_->place.velocity + pull_ * (seconds / 2)) * seconds;
+    motion.velocity = outer_->place.velocity + pull_ * seconds;
     return motion;
   }
 
  private:
+  const CarriedFrame* carried_of(const MovingFrame& frame) const {
+    if (!frame.carrier) return nullptr;
+    const auto number = static_cast<FrameNumber>(&frame - settings_.frames.data() + 1);
+    const auto found = std::ranges::find(carried_, number, &CarriedFrame::frame);
+    return found == carried_.end() ? nullptr : &*found;
+  }
+
+  FrameMotion after(const MovingFrame& frame, double seconds) const {
+    const CarriedFrame* const carried = carried_of(frame);
+    FrameMotion own =
+        carried == nullptr ? motion_at(settings_, frame, time_ + seconds) : motion_on(*carried, seconds);
+    const FrameNumber parent = frame.parent();
+    if (parent == kWorldFrame) {
+      if (carried != nullptr) own.acceleration -= pull_;
+      // Its speed is not felt, and is not to cost digits.
+      if (goes_evenly_) own.way = own.velocity = Vector3d::Zero();
+      return own;
+    }
+    const WorldPosition& from = carried == nullptr ? frame.start.position : carried->place.origin;
+    return composed(after(settings_.frames[parent - 1], seconds),
+                    relative_to(from, {0, 0, 0, parent}, settings_.sector_size), own);
+  }
+
   const WorldSettings& settings_;
-  const MovingFrame& frame_;
+  FrameNumber frame_;
   double time_;
-  const CarriedFrame* carried_;
+  std::span<const CarriedFrame> carried_;
+  const CarriedFrame* outer_ = nullptr;  // the outermost, if that has a carrier
+  bool has_carrier_ = false;             // any of them
+  bool goes_evenly_ = false;             // the outermost
   bool falls_ = false;
   Vector3d from_centre_ = Vector3d::Zero();
-  Vector3d pull_ = Vector3d::Zero();  // m/s^2, of a planet on the carrier
+  Vector3d pull_ = Vector3d::Zero();  // m/s^2, of a planet on the outermost carrier
 };
 
-Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time, const CarriedFrame* carried)
+Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time,
+           std::span<const CarriedFrame> carried)
     : settings_(&settings), frame_(frame) {
   if (frame_ == kWorldFrame) return;
   const MovingFrame& moving = settings_->frames[frame_ - 1];
-  const Outermost outer(*settings_, moving, time, carried);
-  motion_ = motion_in_world(*settings_, moving, time, outer.after(0));
-  falls_ = outer.falls();
+  const auto found = std::ranges::find(carried, frame, &CarriedFrame::frame);
+  if (found != carried.end() && moving.parent() == kWorldFrame) {
+    go_on(*found);
+    return;
+  }
+  const Course course(*settings_, frame_, time, carried);
+  motion_ = course.after(0);
+  falls_ = course.falls();
   const Eigen::Quaterniond back = motion_.orientation.conjugate();
   spin_ = spin_after_ = back * motion_.spin;
-  turns_ = !motion_.spin.isZero(0) || carried != nullptr;
-  from_centre_ = outer.from_centre();
+  turns_ = !motion_.spin.isZero(0) || course.has_carrier();
+  from_centre_ = course.from_centre();
   if (falls_) {
-    const Vector3d fallen = outer.fallen_after(0).way;
+    const Vector3d fallen = course.fallen_after(0).way;
     from_centre_ += fallen;
     from_outer_ = motion_.way - fallen;
   } else {
@@ -103,23 +132,23 @@ Felt::Felt(const WorldSettings& settings, FrameNumber frame, double time, const 
   felt_spin_ = spin_;
   turn_ = rotation_by(spin_after_ * -settings_->time_step);
   const bool has_keys = follows_keys(*settings_, moving);
-  if (has_keys || (moving.parent() != kWorldFrame && turns_)) look_ahead(moving, outer, time, has_keys);
+  if (has_keys || (moving.parent() != kWorldFrame && turns_)) look_ahead(course, has_keys);
   prepare();
 }
 
-void Felt::look_ahead(const MovingFrame& moving, const Outermost& outer, double time, bool has_keys) {
+void Felt::look_ahead(const Course& course, bool has_keys) {
   const double dt = settings_->time_step;
-  const FrameMotion next = motion_in_world(*settings_, moving, time + dt, outer.after(dt));
+  const FrameMotion next = course.after(dt);
   // Where the outermost frame falls, that is left out of both.
-  const FrameMotion fallen = outer.fallen_after(0);
-  const FrameMotion fallen_next = outer.fallen_after(dt);
+  const FrameMotion fallen = course.fallen_after(0);
+  const FrameMotion fallen_next = course.fallen_after(dt);
   const Vector3d velocity = motion_.velocity - fallen.velocity;
   const Vector3d next_velocity = next.velocity - fallen_next.velocity;
   const Eigen::Quaterniond back = felt_back_;
   FrameMotion grows = motion_;
   if (has_keys) {
     turns_ = true;
-    grows = motion_in_world(*settings_, moving, time + dt / 2, outer.after(dt / 2));
+    grows = course.after(dt / 2);
     felt_back_ = grows.orientation.conjugate();
     felt_spin_ = felt_back_ * grows.spin;
     motion_.acceleration = (next_velocity - velocity) / dt;
@@ -133,8 +162,7 @@ void Felt::look_ahead(const MovingFrame& moving, const Outermost& outer, double 
   change_beyond_ = back * Vector3d(next_velocity - velocity - motion_.acceleration * dt);
 }
 
-Felt::Felt(const WorldSettings& settings, const CarriedFrame& carried)
-    : settings_(&settings), frame_(carried.frame) {
+void Felt::go_on(const CarriedFrame& carried) {
   const FramePlace& place = carried.place;
   motion_.orientation = place.orientation;
   motion_.velocity = place.velocity;
@@ -231,20 +259,9 @@ Vector3d Felt::torque(const Matrix3d& inertia, const Vector3d& rate) const {
 std::vector<Felt> felt_in_frames(const WorldSettings& settings, std::uint64_t tick,
                                  std::span<const CarriedFrame> carried) {
   const double time = static_cast<double>(tick - std::min<std::uint64_t>(tick, 1)) * settings.time_step;
-  std::vector<Felt> felt = {Felt(settings, kWorldFrame, time)};
-  for (const MovingFrame& frame : settings.frames) {
-    const MovingFrame& outer = outermost(settings, frame);
-    const auto number = static_cast<FrameNumber>(felt.size());
-    const auto outer_number = static_cast<FrameNumber>(&outer - settings.frames.data() + 1);
-    const auto at = std::ranges::find(carried, outer_number, &CarriedFrame::frame);
-    if (at == carried.end()) {
-      felt.emplace_back(settings, number, time);
-    } else if (number == outer_number) {
-      felt.emplace_back(settings, *at);
-    } else {
-      felt.emplace_back(settings, number, time, &*at);
-    }
-  }
+  std::vector<Felt> felt;
+  for (std::size_t n = 0; n <= settings.frames.size(); ++n)
+    felt.emplace_back(settings, static_cast<FrameNumber>(n), time, carried);
   return felt;
 }
 

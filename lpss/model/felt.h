@@ -16,11 +16,12 @@ namespace tessera {
 // In one frame at one time. All vectors are along the frame's axes.
 class Felt {
  public:
-  // `settings` outlives it. `carried`: the outermost of the frames around it, if that has a carrier.
-  Felt(const WorldSettings& settings, FrameNumber frame, double time, const CarriedFrame* carried = nullptr);
-  // In a frame with a carrier, which goes on as it has just moved: what it feels of a force comes a tick
-  // late, but for the pull of a planet, around which it falls.
-  Felt(const WorldSettings& settings, const CarriedFrame& carried);
+  // `settings` outlives it. `time`: s since tick 0, of the beginning of the tick. `carried`: all frames with
+  // a carrier. Each goes on as it has just moved: what a frame feels of a force on its carrier comes a tick
+  // late. So does what that feels itself, but for the pull of a planet around which it falls in the world
+  // frame.
+  Felt(const WorldSettings& settings, FrameNumber frame, double time,
+       std::span<const CarriedFrame> carried = {});
 
   // m/s^2, of a body at rest in the frame at `position` (m, relative to the centre of `home`, a sector of the
   // frame): gravity, less the acceleration of that place. On a path through keys, which changes within a
@@ -62,12 +63,14 @@ class Felt {
   const std::array<std::int64_t, 3>& steps() const { return steps_; }
 
  private:
-  class Outermost;
+  class Course;
 
   void prepare();
+  // In the world frame.
+  void go_on(const CarriedFrame& carried);
   // Of a frame that moves in another one, or along keys: what it does in the tick beyond what it goes on to
   // do from its beginning.
-  void look_ahead(const MovingFrame& moving, const Outermost& outer, double time, bool has_keys);
+  void look_ahead(const Course& course, bool has_keys);
   // m, from the origin of the frame.
   Eigen::Vector3d place_of(const SectorIndex& home, const Eigen::Vector3d& position) const;
   // m/s^2, without what the turning of the frame makes of it; by `back` from the world's axes.

@@ -112,17 +112,8 @@ const MovingFrame& outermost(const WorldSettings& settings, const MovingFrame& f
   return *outer;
 }
 
-// The motion of a point in a frame that itself turns and is accelerated (Goldstein, Classical Mechanics,
-// section 4.10).
-FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time,
-                            const FrameMotion& outermost) {
-  if (frame.parent() == kWorldFrame) return outermost;
-  const FrameMotion own = motion_at(settings, frame, time);
-  const FrameMotion outer = motion_in_world(settings, settings.frames[frame.parent() - 1], time, outermost);
-  const WorldPosition& start = frame.start.position;
-  const Vector3d from_origin =
-      outer.orientation *
-      Vector3d(relative_to(start, {0, 0, 0, frame.parent()}, settings.sector_size) + own.way);
+FrameMotion composed(const FrameMotion& outer, const Vector3d& from, const FrameMotion& own) {
+  const Vector3d from_origin = outer.orientation * Vector3d(from + own.way);
   const Vector3d velocity = outer.orientation * own.velocity;
   const Vector3d spin = outer.orientation * own.spin;
   FrameMotion motion;
@@ -140,7 +131,11 @@ FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& fr
 }
 
 FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time) {
-  return motion_in_world(settings, frame, time, motion_at(settings, outermost(settings, frame), time));
+  FrameMotion own = motion_at(settings, frame, time);
+  if (frame.parent() == kWorldFrame) return own;
+  const FrameMotion outer = motion_in_world(settings, settings.frames[frame.parent() - 1], time);
+  const SectorIndex middle{0, 0, 0, frame.parent()};
+  return composed(outer, relative_to(frame.start.position, middle, settings.sector_size), own);
 }
 
 Vector3d place_in_frame(const FramedBody& body, double sector_size) {
@@ -172,17 +167,35 @@ bool carries_a_frame(const WorldSettings& settings, BodyId body) {
   });
 }
 
-CarriedFrame carried_at_start(const WorldSettings& settings, FrameNumber number) {
-  const MovingFrame& frame = settings.frames[number - 1];
-  CarriedFrame start;
-  start.frame = number;
-  start.place = {frame.start.position, frame.start.orientation, frame.velocity, frame.spin};
-  // Around a planet, it is taken to fall. If it does not, what is aboard floats for one tick.
-  if (const auto* planet = std::get_if<CentralGravity>(&settings.gravity)) {
+std::vector<CarriedFrame> carried_at_start(const WorldSettings& settings) {
+  std::vector<CarriedFrame> carried;
+  for (std::size_t n = 0; n < settings.frames.size(); ++n) {
+    const MovingFrame& frame = settings.frames[n];
+    if (!frame.carrier) continue;
+    CarriedFrame& start = carried.emplace_back();
+    start.frame = static_cast<FrameNumber>(n + 1);
+    start.place = {frame.start.position, frame.start.orientation, frame.velocity, frame.spin};
+    // Around a planet, it is taken to fall, and in a frame, to rest. If it does not, what is aboard floats,
+    // or has its weight, for one tick.
+    const auto* planet = std::get_if<CentralGravity>(&settings.gravity);
+    if (planet == nullptr || frame.parent() != kWorldFrame) continue;
     const Vector3d from_centre = metres_from(*planet, frame.start.position, settings.sector_size);
     start.acceleration = mean_pull(*planet, from_centre, frame.velocity, settings.time_step);
   }
-  return start;
+  return carried;
+}
+
+FrameMotion motion_on(const CarriedFrame& carried, double seconds) {
+  const FramePlace& place = carried.place;
+  const Vector3d turned = (place.spin + carried.angular_acceleration * (seconds / 2)) * seconds;
+  FrameMotion motion;
+  motion.way = (place.velocity + carried.acceleration * (seconds / 2)) * seconds;
+  motion.velocity = place.velocity + carried.acceleration * seconds;
+  motion.acceleration = carried.acceleration;
+  motion.orientation = (rotation_by(turned) * place.orientation).normalized();
+  motion.spin = place.spin + carried.angular_acceleration * seconds;
+  motion.angular_acceleration = carried.angular_acceleration;
+  return motion;
 }
 
 absl::StatusOr<CarriedFrame> carried_on(const WorldSettings& settings, const CarriedFrame& before,
@@ -226,6 +239,11 @@ absl::StatusOr<FramePlace> frame_place(const WorldSettings& settings, FrameNumbe
     }
     const absl::StatusOr<WorldPose> pose = compose(*body, frame.carrier->pose, settings.sector_size);
     if (!pose.ok()) return pose.status();
+    if (pose->position.sector.frame != frame.parent()) {
+      return absl::UnavailableError(absl::StrCat("where frame '", frame.name,
+                                                 "' is does not follow from its carrier, body ",
+                                                 frame.carrier->body.value, ", which is in another frame"));
+    }
     FramePlace place;
     place.origin = pose->position;
     place.orientation = pose->orientation;

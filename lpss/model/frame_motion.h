@@ -37,11 +37,13 @@ FrameMotion motion_at(const WorldSettings& settings, const MovingFrame& frame, d
 const MovingFrame& outermost(const WorldSettings& settings, const MovingFrame& frame);
 
 // In the world frame, whose axes all is along: the way is from where the outermost frame starts. Its
-// acceleration is without that of gravity, if the outermost frame falls.
+// acceleration is without that of gravity, if the outermost frame falls. None of the frames has a carrier.
 FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time);
-// The same where the outermost frame moves so.
-FrameMotion motion_in_world(const WorldSettings& settings, const MovingFrame& frame, double time,
-                            const FrameMotion& outermost);
+
+// The motion `own` in a frame that moves as `outer` does, along the axes of the latter. `from`: m, the place
+// that the way of `own` is from, in that frame. The motion of a point in a frame that itself turns and is
+// accelerated (Goldstein, Classical Mechanics, section 4.10).
+FrameMotion composed(const FrameMotion& outer, const Eigen::Vector3d& from, const FrameMotion& own);
 
 // Where a frame is at one time, in its parent.
 struct FramePlace {
@@ -64,12 +66,13 @@ struct Ballast {
   friend bool operator==(const Ballast&, const Ballast&) = default;
 };
 
-// A frame with a carrier at the end of a tick, and how it has moved in that tick.
+// A frame with a carrier at the end of a tick, and how it has moved in that tick: all along the axes of its
+// parent, but for what is owed.
 struct CarriedFrame {
   FrameNumber frame = kWorldFrame;
   FramePlace place;
-  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();          // m/s^2, of the origin; world axes
-  Eigen::Vector3d angular_acceleration = Eigen::Vector3d::Zero();  // rad/s^2; world axes
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();          // m/s^2, of the origin
+  Eigen::Vector3d angular_acceleration = Eigen::Vector3d::Zero();  // rad/s^2
   std::array<std::int64_t, 3> felt = {};  // in the tick that has ended: Felt::steps()
   bool is_borne = true;                   // the carrier is dynamic, as far as is known
   Ballast ballast;
@@ -84,16 +87,20 @@ struct CarriedFrame {
 // Whether frames are fixed to a body.
 bool carries_a_frame(const WorldSettings& settings, BodyId body);
 
-// As the world begins.
-CarriedFrame carried_at_start(const WorldSettings& settings, FrameNumber frame);
+// All frames with carriers as the world begins, ascending.
+std::vector<CarriedFrame> carried_at_start(const WorldSettings& settings);
 
-// Where the carrier is, a body of the world frame, takes its frame by the end of a tick. `is_led`: a
+// So many seconds after the end of that tick, as it goes on: the way is from where it was then.
+FrameMotion motion_on(const CarriedFrame& carried, double seconds);
+
+// Where the carrier is, a body of its parent, takes its frame by the end of a tick. `is_led`: a
 // kinematic body that was taken to a target, whose velocity is that of its way in the tick. OUT_OF_RANGE
 // where that is beyond the 64-bit range of sectors.
 absl::StatusOr<CarriedFrame> carried_on(const WorldSettings& settings, const CarriedFrame& before,
                                         const BodyRecord& carrier, bool is_led);
 
-// Where the body frames of carriers are, in the world frame; none where that is not known.
+// Where the body frames of carriers are, in sectors of the frame that each is in; none where that is not
+// known.
 using CarrierPoses = std::function<std::optional<WorldPose>(BodyId)>;
 
 // Those that carry frames of a world, of bodies that are shown one by one.

@@ -43,7 +43,7 @@ struct FrameRegion {
 // What flies freely comes into a frame this far inside of its region, and leaves it this far outside: m.
 inline constexpr double kRegionHysteresis = 0.1;
 
-// A body of the world frame, dynamic or kinematic, that a frame is fixed to.
+// A body of the parent, dynamic or kinematic, that a frame is fixed to. It stays in that frame.
 struct FrameCarrier {
   BodyId body;
   Pose pose;  // of the frame, in the body frame

@@ -392,6 +392,11 @@ absl::Status shapes_check(const WorldDescription& world) {
   return absl::OkStatus();
 }
 
+std::string parent_name(const MovingFrame& frame, const WorldSettings& settings) {
+  if (frame.parent() == kWorldFrame) return "the world frame";
+  return absl::StrCat("the frame '", settings.frames[frame.parent() - 1].name, "'");
+}
+
 absl::Status carriers_check(const WorldDescription& world) {
   for (const MovingFrame& frame : world.settings.frames) {
     if (!frame.carrier) continue;
@@ -402,8 +407,9 @@ absl::Status carriers_check(const WorldDescription& world) {
     const BodyDescription& body = world.bodies[place - 1];
     if (body.properties.motion == Motion::kStatic)
       return refused(what, ": its carrier, ", title(body), ", must be dynamic or kinematic");
-    if (body.pose.position.sector.frame != kWorldFrame)
-      return refused(what, ": its carrier, ", title(body), ", must be in the world frame");
+    if (body.pose.position.sector.frame != frame.parent())
+      return refused(what, ": its carrier, ", title(body), ", must be in ",
+                     parent_name(frame, world.settings));
   }
   return absl::OkStatus();
 }
@@ -462,10 +468,10 @@ absl::Status known_frame(const SectorIndex& sector, const WorldSettings& setting
 }
 
 absl::Status carrier_home(const SectorIndex& sector, BodyId body, const WorldSettings& settings) {
-  if (sector.frame == kWorldFrame) return absl::OkStatus();
   for (const MovingFrame& frame : settings.frames) {
-    if (frame.carrier && frame.carrier->body == body)
-      return refused("it carries the frame '", frame.name, "', and stays in the world frame");
+    if (frame.carrier && frame.carrier->body == body && sector.frame != frame.parent()) {
+      return refused("it carries the frame '", frame.name, "', and stays in ", parent_name(frame, settings));
+    }
   }
   return absl::OkStatus();
 }

@@ -28,7 +28,7 @@ absl::Status validate_frames(const WorldSettings& settings);
 // Whether the sector belongs to a frame of the world.
 absl::Status known_frame(const SectorIndex& sector, const WorldSettings& settings);
 
-// A body that carries a frame stays in the world frame.
+// A body that carries a frame stays in the frame that this one moves in.
 absl::Status carrier_home(const SectorIndex& sector, BodyId body, const WorldSettings& settings);
 
 // A joint between bodies that exist; `parent` is null where the joint ties its child to the world.

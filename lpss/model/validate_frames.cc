@@ -148,7 +148,6 @@ absl::Status parent_check(const MovingFrame& frame, const std::vector<MovingFram
   if (parent > frames.size() || &frames[parent - 1] >= &frame)
     return refused("it must start in the world frame, or in a frame that is listed before it");
   if (frame.falls) return refused("it falls, and must start in the world frame");
-  if (frame.carrier) return refused("it has a carrier, and must start in the world frame");
   return absl::OkStatus();
 }
 

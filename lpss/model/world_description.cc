@@ -52,10 +52,12 @@ absl::Status move_by(WorldDescription& world, const SectorOffset& offset) {
 }
 
 void place_carried(WorldDescription& world) {
-  for (MovingFrame& frame : world.settings.frames) {
+  std::vector<MovingFrame>& frames = world.settings.frames;
+  for (std::size_t n = 0; n < frames.size(); ++n) {
+    MovingFrame& frame = frames[n];
     if (!frame.carrier || frame.carrier->body.value - 1 >= world.bodies.size()) continue;
     const BodyDescription& body = world.bodies[frame.carrier->body.value - 1];
-    if (body.pose.position.sector.frame != kWorldFrame) continue;
+    if (body.pose.position.sector.frame > n) continue;  // not one before it, which validate() refuses
     const absl::StatusOr<WorldPose> start =
         compose(body.pose, frame.carrier->pose, world.settings.sector_size);
     if (!start.ok()) continue;

@@ -59,7 +59,7 @@ struct WorldDescription {
 // something would leave the 64-bit range; the world is then unchanged.
 absl::Status move_by(WorldDescription& world, const SectorOffset& offset);
 
-// Puts frames with carriers where these are. A frame whose carrier is not there, or not in the world frame,
+// Puts frames with carriers where these are. A frame whose carrier is not there, or in that frame itself,
 // stays as it is: validate() refuses it.
 void place_carried(WorldDescription& world);
 

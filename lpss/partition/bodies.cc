@@ -158,19 +158,23 @@ BodyRecord record_of(const HomeBody& body) {
   return {body.id, body.sector->index, body.properties, body.sector->world->state(body.slot), body.programs};
 }
 
-void load_ballast(const Partition& partition, HomeBody& body) {
-  Ballast sum;
-  bool carries = false;
+std::optional<Ballast> ballast_of(const Partition& partition, BodyId body) {
+  std::optional<Ballast> sum;
   for (const CarriedFrame& carried : partition.carried) {
-    if (partition.settings.frames[carried.frame - 1].carrier->body != body.id) continue;
-    carries = true;
-    sum.mass += carried.ballast.mass;
-    sum.inertia += carried.ballast.inertia;
+    if (partition.settings.frames[carried.frame - 1].carrier->body != body) continue;
+    if (!sum) sum.emplace();
+    sum->mass += carried.ballast.mass;
+    sum->inertia += carried.ballast.inertia;
   }
-  if (!carries || body.properties.motion != Motion::kDynamic) return;
+  return sum;
+}
+
+void load_ballast(const Partition& partition, HomeBody& body) {
+  const std::optional<Ballast> ballast = ballast_of(partition, body.id);
+  if (!ballast || body.properties.motion != Motion::kDynamic) return;
   std::array<double, 3> moments = body.properties.inertia;
-  for (double& moment : moments) moment += sum.inertia;
-  body.sector->world->set_mass(body.slot, body.properties.mass + sum.mass, moments);
+  for (double& moment : moments) moment += ballast->inertia;
+  body.sector->world->set_mass(body.slot, body.properties.mass + ballast->mass, moments);
 }
 
 void attend(HomeBody& body) {

@@ -42,6 +42,9 @@ void set_lasting_force(HomeBody& body, const std::optional<LastingForce>& lastin
 // Has a body that lives here and carries frames be solved with what is aboard (Partition::carried).
 void load_ballast(const Partition& partition, HomeBody& body);
 
+// Of all frames that a body carries; none if it carries no frame.
+std::optional<Ballast> ballast_of(const Partition& partition, BodyId body);
+
 // Takes it away; the body is gone from the partition.
 BodyRecord remove_home(Partition& partition, HomeBody& body);
 

@@ -20,18 +20,6 @@ EngineSettings engine_settings(const WorldSettings& settings) {
   return result;
 }
 
-namespace {
-
-std::vector<CarriedFrame> carried_at_start(const WorldSettings& settings) {
-  std::vector<CarriedFrame> carried;
-  for (FrameNumber frame = 1; frame <= settings.frames.size(); ++frame) {
-    if (settings.frames[frame - 1].carrier) carried.push_back(tessera::carried_at_start(settings, frame));
-  }
-  return carried;
-}
-
-}  // namespace
-
 Partition::Partition(PartitionOptions options, Engine& engine_of_settings)
     : settings(std::move(options.settings)),
       rules(seam_rules(settings.seams)),

@@ -59,7 +59,68 @@ Burden about(const BurdenSums& sums, const Vector3d& point) {
   return burden;
 }
 
-// Of what is aboard, against a carrier that is turned like its frame; world axes, about its centre of mass.
+// A frame with a carrier in a tick, seen from the origin of its parent along axes that do not turn, in which
+// momentum is what it is.
+struct Course {
+  FramePlace from;
+  FramePlace to;
+  Vector3d origin_change = Vector3d::Zero();                 // m/s, of the parent's origin
+  Eigen::Quaterniond axes = Eigen::Quaterniond::Identity();  // from the parent's, at the end
+  Vector3d spin_change = Vector3d::Zero();                   // rad/s, against the parent
+};
+
+// From the origin of `outer`, in which it is at `place`.
+FramePlace seen_from(const FramePlace& outer, const FramePlace& place, FrameNumber parent,
+                     double sector_size) {
+  const Vector3d arm = outer.orientation * relative_to(place.origin, {0, 0, 0, parent}, sector_size);
+  FramePlace seen;
+  seen.origin = {outer.origin.sector, outer.origin.local + arm};
+  seen.orientation = outer.orientation * place.orientation;
+  seen.velocity = outer.orientation * place.velocity + outer.spin.cross(arm);
+  seen.spin = outer.spin + outer.orientation * place.spin;
+  return seen;
+}
+
+absl::StatusOr<FramePlace> place_in_world(const WorldSettings& settings, FrameNumber frame, double time,
+                                          const std::vector<CarriedFrame>& all) {
+  const auto carried = std::ranges::find(all, frame, &CarriedFrame::frame);
+  absl::StatusOr<FramePlace> own = carried == all.end() ? frame_place(settings, frame, time) : carried->place;
+  const FrameNumber parent = settings.frames[frame - 1].parent();
+  if (!own.ok() || parent == kWorldFrame) return own;
+  absl::StatusOr<FramePlace> outer = place_in_world(settings, parent, time, all);
+  if (!outer.ok()) return outer;
+  FramePlace place = seen_from(*outer, *own, parent, settings.sector_size);
+  const absl::StatusOr<WorldPosition> origin =
+      canonical(place.origin.sector, place.origin.local, settings.sector_size);
+  if (!origin.ok()) return origin.status();
+  place.origin = *origin;
+  place.velocity += outer->velocity;
+  return place;
+}
+
+// Fails where the parent is beyond the 64-bit range of sectors.
+absl::StatusOr<Course> course_of(const Partition& partition, Tick tick,
+                                 const std::vector<CarriedFrame>& before, const CarriedFrame& was,
+                                 const CarriedFrame& is) {
+  const WorldSettings& settings = partition.settings;
+  const FrameNumber parent = settings.frames[is.frame - 1].parent();
+  Course course{was.place, is.place};
+  course.spin_change = is.place.spin - was.place.spin;
+  if (parent == kWorldFrame) return course;
+  const double time = static_cast<double>(tick) * partition.dt();
+  const absl::StatusOr<FramePlace> from = place_in_world(settings, parent, time - partition.dt(), before);
+  const absl::StatusOr<FramePlace> to = place_in_world(settings, parent, time, partition.carried);
+  if (!from.ok()) return from.status();
+  if (!to.ok()) return to.status();
+  course.from = seen_from(*from, was.place, parent, settings.sector_size);
+  course.to = seen_from(*to, is.place, parent, settings.sector_size);
+  course.origin_change = to->velocity - from->velocity;
+  course.axes = to->orientation;
+  return course;
+}
+
+// Of what is aboard, against a carrier that is turned like its frame; axes that do not turn, about its centre
+// of mass.
 struct Relative {
   Vector3d linear;   // kg m/s
   Vector3d angular;  // kg m^2/s
@@ -96,19 +157,22 @@ Relative tide(const Partition& partition, const CentralGravity& planet, const Fr
   return {gradient * (axes * burden.first) * partition.dt(), torque * partition.dt()};
 }
 
-// Adds what a tick has made of what is aboard; and weighs the ballast of the next one.
-void owe(const Partition& partition, const FramePlace& from, const FrameBurden& all, CarriedFrame& carried) {
-  const FramePlace& to = carried.place;
+Ballast weighed(const Burden& burden) { return {burden.mass, burden.inertia.trace() / 2}; }
+
+// Adds what a tick has made of what is aboard.
+void owe(const Partition& partition, const Course& course, const FrameBurden& all, CarriedFrame& carried) {
+  const auto& [from, to, origin_change, axes, spin_change] = course;
   const Burden was = about(all.before, *all.centre);
   const Burden is = about(all.after, *all.centre);
   const Relative earlier = relative(was, from);
   const Relative later = relative(is, to);
   // Around a planet, as free flights have it.
   const Vector3d pull =
-      (pull_at(partition, from, *all.centre) + pull_at(partition, to, *all.centre)) / 2 * partition.dt();
+      (pull_at(partition, from, *all.centre) + pull_at(partition, to, *all.centre)) / 2 * partition.dt() -
+      origin_change;
   const Vector3d change = velocity_at(to, *all.centre) - velocity_at(from, *all.centre) - pull;
   carried.owed += earlier.linear - later.linear + (carried.ballast.mass - is.mass) * change;
-  carried.owed_spin += earlier.angular - later.angular + carried.ballast.inertia * (to.spin - from.spin) -
+  carried.owed_spin += earlier.angular - later.angular + carried.ballast.inertia * (axes * spin_change) -
                        Vector3d(to.orientation * is.first).cross(change);
   // What the tide does, the carrier has not done.
   if (const auto* planet = std::get_if<CentralGravity>(&partition.settings.gravity)) {
@@ -117,12 +181,12 @@ void owe(const Partition& partition, const FramePlace& from, const FrameBurden& 
     carried.owed += (before.linear + after.linear) / 2;
     carried.owed_spin += (before.angular + after.angular) / 2;
   }
-  carried.ballast = {is.mass, is.inertia.trace() / 2};
 }
 
 // A tick pays half of what is owed, since what floats aboard answers a tick late, and the rest if it is
 // little: with all of it, what is far from the centre of a lighter carrier would swing up.
-Wrench paid(CarriedFrame& carried, double dt) {
+// Along axes that `axes` turns to those of the ledger.
+Wrench paid(CarriedFrame& carried, const Eigen::Quaterniond& axes, double dt) {
   static constexpr double kShare = 0.5;
   static constexpr double kLittle = 1e-9;  // m/s, rad/s
   const auto pay = [](Vector3d& owed, double little, double most) {
@@ -131,22 +195,29 @@ Wrench paid(CarriedFrame& carried, double dt) {
     owed -= share;
     return share;
   };
-  const Vector3d force = pay(carried.owed, kLittle * carried.ballast.mass, kForceMax * dt) / dt;
-  const Vector3d torque = pay(carried.owed_spin, kLittle * carried.ballast.inertia, kTorqueMax * dt) / dt;
+  const Eigen::Quaterniond back = axes.conjugate();
+  const Vector3d force =
+      back * Vector3d(pay(carried.owed, kLittle * carried.ballast.mass, kForceMax * dt) / dt);
+  const Vector3d torque =
+      back * Vector3d(pay(carried.owed_spin, kLittle * carried.ballast.inertia, kTorqueMax * dt) / dt);
   return {{force.x(), force.y(), force.z()}, {torque.x(), torque.y(), torque.z()}};
 }
 
-BurdenSums sums_of(const Sector& sector, double sector_size) {
+// A body that carries a frame in this one counts with what is aboard that.
+BurdenSums sums_of(const Partition& partition, const Sector& sector) {
   BurdenSums sums;
-  const Vector3d middle = metres_between({0, 0, 0, sector.index.frame}, sector.index, sector_size);
+  const Vector3d middle =
+      metres_between({0, 0, 0, sector.index.frame}, sector.index, partition.sector_size());
   for (const HomeBody* body : sector.homes) {
     if (body->properties.motion != Motion::kDynamic) continue;
     const BodyState state = sector.world->state(body->slot);
-    const double mass = body->properties.mass;
+    const Ballast ballast = ballast_of(partition, body->id).value_or(Ballast{});
+    const double mass = body->properties.mass + ballast.mass;
     const Vector3d place = middle + Vector3d(state.position.data());
     const Vector3d momentum = mass * Vector3d(state.linear_velocity.data());
     const Matrix3d axes = quaternion_of(state).toRotationMatrix();
-    const Matrix3d inertia = axes * Vector3d(body->properties.inertia.data()).asDiagonal() * axes.transpose();
+    const Vector3d moments = Vector3d(body->properties.inertia.data()) + Vector3d::Constant(ballast.inertia);
+    const Matrix3d inertia = axes * moments.asDiagonal() * axes.transpose();
     sums.mass.add(mass);
     add(mass * place, sums.first);
     add(mass * place * place.transpose(), sums.second);
@@ -161,14 +232,18 @@ BurdenSums sums_of(const Sector& sector, double sector_size) {
 }  // namespace
 
 BurdenSums burden_of(const Partition& partition, FrameNumber frame) {
+  // What rests here weighs what it has weighed, but for carriers, aboard which something may come or go.
+  const bool may_change = std::ranges::any_of(partition.carried, [&](const CarriedFrame& carried) {
+    return partition.settings.frames[carried.frame - 1].parent() == frame;
+  });
   BurdenSums sums;
   for (const auto& [index, sector] : partition.sectors) {
     if (index.frame != frame || !sector->world) continue;
-    if (sector->active) {
-      sums += sums_of(*sector, partition.sector_size());
+    if (sector->active || may_change) {
+      sums += sums_of(partition, *sector);
       continue;
     }
-    if (!sector->resting) sector->resting = sums_of(*sector, partition.sector_size());
+    if (!sector->resting) sector->resting = sums_of(partition, *sector);
     sums += *sector->resting;
   }
   return sums;
@@ -202,7 +277,7 @@ void end_burdens(const Partition& partition, std::vector<FrameBurden>& burdens) 
   }
 }
 
-std::vector<Command> bear_burdens(Partition& partition, const std::vector<CarriedFrame>& before,
+std::vector<Command> bear_burdens(Partition& partition, Tick tick, const std::vector<CarriedFrame>& before,
                                   const std::vector<ProgramActs>& acts) {
   std::vector<Command> pushes;
   for (std::size_t n = 0; n < partition.carried.size(); ++n) {
@@ -220,10 +295,15 @@ std::vector<Command> bear_burdens(Partition& partition, const std::vector<Carrie
       carried.ballast = {};
       continue;
     }
-    owe(partition, before[n].place, all, carried);
+    const absl::StatusOr<Course> course = course_of(partition, tick, before, before[n], carried);
+    if (!course.ok()) continue;
+    // At rest in a frame that turns, or on a planet, it is pushed by what holds it.
     const bool is_still = carried.place == before[n].place && carried.place.velocity.isZero(0);
+    const bool rested = is_still && all.before.awake == 0 && all.after.awake == 0;
+    if (!rested) owe(partition, *course, all, carried);
+    carried.ballast = weighed(about(all.after, *all.centre));
     if (is_still && all.after.awake == 0) continue;
-    const Wrench wrench = paid(carried, partition.dt());
+    const Wrench wrench = paid(carried, course->axes, partition.dt());
     // What rests aboard lets its carrier rest.
     const BodyId carrier = partition.settings.frames[carried.frame - 1].carrier->body;
     if (wrench == Wrench{}) continue;

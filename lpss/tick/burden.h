@@ -28,9 +28,9 @@ void end_burdens(const Partition& partition, std::vector<FrameBurden>& burdens);
 // be if they had just come from another server.
 void load_carriers(Partition& partition);
 
-// Pushes carriers by what has moved aboard, of which all servers have told; and sets their ballast.
-// `before`: where their frames were as the tick began. Partition::carried has where they are now.
-std::vector<Command> bear_burdens(Partition& partition, const std::vector<CarriedFrame>& before,
+// Pushes carriers by what has moved aboard in this tick, of which all servers have told; and sets their
+// ballast. `before`: where their frames were as the tick began. Partition::carried has where they are now.
+std::vector<Command> bear_burdens(Partition& partition, Tick tick, const std::vector<CarriedFrame>& before,
                                   const std::vector<ProgramActs>& acts);
 
 }  // namespace tessera

@@ -43,13 +43,12 @@ bool may_turn(const Partition& partition, const Sector& sector) {
          (frame != kWorldFrame && partition.settings.frames[frame - 1].carrier);
 }
 
-// The frame with a carrier that this one moves in; null if there is none.
-const CarriedFrame* carried_around(const Partition& partition, FrameNumber frame) {
-  const WorldSettings& settings = partition.settings;
-  const MovingFrame& outer = outermost(settings, settings.frames[frame - 1]);
-  const auto number = static_cast<FrameNumber>(&outer - settings.frames.data() + 1);
-  const auto found = std::ranges::find(partition.carried, number, &CarriedFrame::frame);
-  return number == frame || found == partition.carried.end() ? nullptr : &*found;
+// The innermost frame with a carrier that this one moves in; the world frame if there is none.
+FrameNumber carried_around(const WorldSettings& settings, FrameNumber frame) {
+  FrameNumber around = settings.frames[frame - 1].parent();
+  while (around != kWorldFrame && !settings.frames[around - 1].carrier)
+    around = settings.frames[around - 1].parent();
+  return around;
 }
 
 void feel(const Partition& partition, Sector& sector, const HomeBody& body) {
@@ -74,9 +73,10 @@ void feel(const Partition& partition, Sector& sector, const HomeBody& body) {
 
 void append_carried(const Partition& partition, ProgramActs& acts) {
   for (const CarriedFrame& before : partition.carried) {
-    const auto found = partition.bodies.find(partition.settings.frames[before.frame - 1].carrier->body);
+    const MovingFrame& frame = partition.settings.frames[before.frame - 1];
+    const auto found = partition.bodies.find(frame.carrier->body);
     // A program may have taken it into another frame, where its own frame does not follow.
-    if (found == partition.bodies.end() || found->second->sector->index.frame != kWorldFrame) continue;
+    if (found == partition.bodies.end() || found->second->sector->index.frame != frame.parent()) continue;
     const HomeBody& body = *found->second;
     const absl::StatusOr<CarriedFrame> now =
         carried_on(partition.settings, before, record_of(body), body.kinematic_target.has_value());
@@ -115,14 +115,13 @@ bool begin_frames(Partition& partition, Tick tick) {
     const bool is_carried = carried != partition.carried.end();
     const auto& now = partition.felt[frame].steps();
     auto last = is_carried ? std::exchange(carried->felt, now) : before[frame].steps();
-    const CarriedFrame* const around = carried_around(partition, frame);
+    const FrameNumber around = carried_around(partition.settings, frame);
     // What was felt before is not in snapshots: as the carrier is now, a tick earlier.
-    if (around != nullptr) {
+    if (around != kWorldFrame && !is_carried) {
       const double time = static_cast<double>(tick - std::min<Tick>(tick, 2)) * partition.dt();
-      last = Felt(partition.settings, frame, time, around).steps();
-      is_changed[frame] = is_changed[around->frame];
+      last = Felt(partition.settings, frame, time, partition.carried).steps();
     }
-    is_changed[frame] = is_changed[frame] || now != last;
+    is_changed[frame] = now != last || (around != kWorldFrame && is_changed[around]);
     if (is_changed[frame]) wake_all(partition, frame);
   }
   return std::ranges::find(is_changed, true) != is_changed.end();

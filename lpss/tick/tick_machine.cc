@@ -504,7 +504,8 @@ void TickMachine::take_acts(std::vector<ProgramActs> acts) {
   const std::vector<CarriedFrame> before = partition_.carried;
   take_carried(partition_, acts);
   partition_.acts = collected_acts(acts);
-  for (Command& push : bear_burdens(partition_, before, acts)) partition_.acts.push_back(std::move(push));
+  for (Command& push : bear_burdens(partition_, tick_, before, acts))
+    partition_.acts.push_back(std::move(push));
   std::vector<Crossing> crossings;
   for (ProgramActs& some : acts) std::ranges::move(some.crossings, std::back_inserter(crossings));
   for (const Teleport& jump : agreed_jumps(partition_, tick_, std::move(crossings)))

@@ -91,6 +91,18 @@ TEST(MovingFrames, MoveInOnesThatAreCarried) {
   EXPECT_EQ(loaded.world.settings.frames[1].start.position, (WorldPosition{{0, 0, 0, 1}, {1, 0, 0}}));
 }
 
+TEST(MovingFrames, AreCarriedInFrames) {
+  const LoadedWorld loaded =
+      load(world("<tessera:frame name='planet' spin='0 0 0.1'><pose>5 0 0 0 0 0</pose>" +
+                 model("ship", "<pose>3 0 0 0 0 0</pose><tessera:velocity linear='4 0 0'/>") +
+                 "<tessera:frame name='deck' carrier='ship::l'><pose>0 0 2 0 0 "
+                 "0</pose></tessera:frame></tessera:frame>"));
+  const MovingFrame& deck = loaded.world.settings.frames.at(1);
+  EXPECT_EQ(loaded.world.bodies[deck.carrier->body.value - 1].name, "ship::l");
+  EXPECT_EQ(deck.start.position, (WorldPosition{{0, 0, 0, 1}, {3, 0, 2}}));
+  EXPECT_EQ(deck.velocity, Eigen::Vector3d(4, 0, 0));
+}
+
 TEST(MovingFrames, AreCarried) {
   const LoadedWorld loaded = load(
       world("<tessera:frame name='deck' carrier='ship::l'><pose>0 0 2 0 0 0</pose>" +
@@ -186,10 +198,10 @@ std::vector<BadFrame> bad_frames() {
       {"CarrierInFrame",
        world("<tessera:frame name='g'>" + ship() +
              "</tessera:frame><tessera:frame name='f' carrier='ship::l'/>"),
-       {"frame 'f'", "must be in the world frame"}},
+       {"<tessera:frame name='f'>", "must be in the same frame as this element"}},
       {"InFrameWithCarrier",
        world(ship() + "<tessera:frame name='g'><tessera:frame name='f' carrier='ship::l'/></tessera:frame>"),
-       {"<tessera:frame name='f'>", "in the world, not in another <tessera:frame>"}},
+       {"<tessera:frame name='f'>", "must be in the same frame as this element"}},
   };
 }
 

@@ -265,8 +265,6 @@ absl::StatusOr<MovingFrame> take_moving_frame(Element& element, FrameNumber pare
     element.DeleteChild(child);
   }
   if (element.Attribute("carrier")) {
-    if (parent != kWorldFrame)
-      return xml::invalid(element, "with a 'carrier', it is in the world, not in another <tessera:frame>");
     for (const char* attribute : {"velocity", "spin"}) {
       if (element.Attribute(attribute))
         return xml::invalid(element, "with a 'carrier', whose velocities it has, there is no '", attribute,

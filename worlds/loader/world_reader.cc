@@ -316,6 +316,10 @@ absl::Status WorldReader::find_carriers() {
     if (body == world_.bodies.end())
       return xml::invalid(*placed.element, "carrier '", name,
                           "' is no body of the world; its form is MODEL::LINK");
+    if (body->pose.position.sector.frame != frame.parent())
+      return xml::invalid(
+          *placed.element, "carrier '", name,
+          "' must be in the same frame as this element: both in the world, or in one <tessera:frame>");
     frame.carrier->body.value = static_cast<std::uint64_t>(body - world_.bodies.begin()) + 1;
   }
   place_carried(world_);
