@@ -123,7 +123,7 @@ int parted_pairs(const Sight& now, const Passing& passing) {
 }  // namespace
 
 absl::StatusOr<Report> measure_crossings(const ExperimentOptions& options, double speed, double spin) {
-  const Passing passing = options.quick ? Passing{120, 12} : Passing{10000, 1000};
+  const Passing passing = options.quick ? Passing{120, 12} : Passing{1700, 170};
   const WorldDescription world = passing_and_frame(options, passing, speed, spin);
   absl::StatusOr<std::unique_ptr<Simulation>> simulation = Simulation::create(world);
   if (!simulation.ok()) return simulation.status();
