@@ -45,10 +45,18 @@ const shownBoxes = () => page.evaluate(() => {
   };
 });
 
+// Waits until the page has fitted its panels, which it does before the next frame.
+async function resize(viewport) {
+  await page.setViewport(viewport);
+  await page.waitForFunction(
+      ({width, height}) => innerWidth === width && innerHeight === height, {polling: 'raf'}, viewport);
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+}
+
 for (const [width, height] of [[390, 780], [800, 600], [1024, 768], [1440, 900], [2560, 1080]]) {
   test(`at ${width} x ${height} nothing is covered or cut`, async () => {
     const before = page.viewport();
-    await page.setViewport({width, height});
+    await resize({width, height});
     for (const side of ['left', 'right', 'none']) {
       await page.evaluate((wanted) => {
         for (const name of ['left', 'right']) {
@@ -71,7 +79,7 @@ for (const [width, height] of [[390, 780], [800, 600], [1024, 768], [1440, 900],
       for (const {name, isOnTop} of controls) assert.ok(isOnTop, `${name} is covered`);
       assert.ok(wide <= 0, 'the header is cut');
     }
-    await page.setViewport(before);
+    await resize(before);
     await page.evaluate(() => localStorage.clear());
     await open();
   });
