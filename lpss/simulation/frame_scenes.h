@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "lpss/engine/test_world.h"
@@ -70,6 +71,39 @@ inline void add_all(const WorldDescription& from, WorldDescription& to) {
     body.properties.shape += shapes;
     to.bodies.push_back(std::move(body));
   }
+}
+
+inline void expect_same_bits_on_servers(const WorldDescription& world) {
+  constexpr int kTicks = 150;
+  const std::vector<WorldHash> one = hashes_of(world, 1, kTicks);
+  for (const std::uint32_t partitions : {2u, 4u, 9u})
+    EXPECT_EQ(first_difference(one, hashes_of(world, partitions, kTicks)), one.size()) << partitions;
+}
+
+// --- carriers, and what is aboard ---
+
+inline void tumble(BodyDescription& hull) {
+  hull.linear_velocity = {20, 3, 9};
+  hull.angular_velocity = {0.1, 0.3, -0.2};
+}
+
+inline BodyDescription& add_floor(WorldBuilder& builder, double friction = 0.5) {
+  BodyDescription& floor =
+      builder.add("floor", builder.shape(Box{{30, 30, 1}}), 1, {0, 0, -0.5}, Motion::kStatic);
+  floor.properties.friction = friction;
+  return floor;
+}
+
+inline void add_stack(WorldBuilder& builder) {
+  add_floor(builder);
+  const ShapeId box = builder.shape(Box{{0.5, 0.5, 0.5}});
+  for (int n = 0; n < 4; ++n)
+    builder.add("box" + std::to_string(n), box, 5, {0.05 * (n % 2), 0.02 * n, 0.25 + 0.52 * n});
+}
+
+inline void add_stack_and_thrown(WorldBuilder& builder) {
+  add_stack(builder);
+  builder.add("thrown", builder.shape(Sphere{0.2}), 1, {2, 0, 2}).linear_velocity = {4, 5, 3};
 }
 
 inline int asleep(const Simulation& simulation) {

@@ -61,7 +61,7 @@ Burden about(const BurdenSums& sums, const Vector3d& point) {
 
 // A frame with a carrier in a tick, seen from the origin of its parent along axes that do not turn, in which
 // momentum is what it is.
-struct Course {
+struct FrameStep {
   FramePlace from;
   FramePlace to;
   Vector3d origin_change = Vector3d::Zero();                 // m/s, of the parent's origin
@@ -99,24 +99,24 @@ absl::StatusOr<FramePlace> place_in_world(const WorldSettings& settings, FrameNu
 }
 
 // Fails where the parent is beyond the 64-bit range of sectors.
-absl::StatusOr<Course> course_of(const Partition& partition, Tick tick,
-                                 const std::vector<CarriedFrame>& before, const CarriedFrame& was,
-                                 const CarriedFrame& is) {
+absl::StatusOr<FrameStep> step_of(const Partition& partition, Tick tick,
+                                  const std::vector<CarriedFrame>& before, const CarriedFrame& was,
+                                  const CarriedFrame& is) {
   const WorldSettings& settings = partition.settings;
   const FrameNumber parent = settings.frames[is.frame - 1].parent();
-  Course course{was.place, is.place};
-  course.spin_change = is.place.spin - was.place.spin;
-  if (parent == kWorldFrame) return course;
+  FrameStep step{was.place, is.place};
+  step.spin_change = is.place.spin - was.place.spin;
+  if (parent == kWorldFrame) return step;
   const double time = static_cast<double>(tick) * partition.dt();
   const absl::StatusOr<FramePlace> from = place_in_world(settings, parent, time - partition.dt(), before);
   const absl::StatusOr<FramePlace> to = place_in_world(settings, parent, time, partition.carried);
   if (!from.ok()) return from.status();
   if (!to.ok()) return to.status();
-  course.from = seen_from(*from, was.place, parent, settings.sector_size);
-  course.to = seen_from(*to, is.place, parent, settings.sector_size);
-  course.origin_change = to->velocity - from->velocity;
-  course.axes = to->orientation;
-  return course;
+  step.from = seen_from(*from, was.place, parent, settings.sector_size);
+  step.to = seen_from(*to, is.place, parent, settings.sector_size);
+  step.origin_change = to->velocity - from->velocity;
+  step.axes = to->orientation;
+  return step;
 }
 
 // Of what is aboard, against a carrier that is turned like its frame; axes that do not turn, about its centre
@@ -160,8 +160,8 @@ Relative tide(const Partition& partition, const CentralGravity& planet, const Fr
 Ballast weighed(const Burden& burden) { return {burden.mass, burden.inertia.trace() / 2}; }
 
 // Adds what a tick has made of what is aboard.
-void owe(const Partition& partition, const Course& course, const FrameBurden& all, CarriedFrame& carried) {
-  const auto& [from, to, origin_change, axes, spin_change] = course;
+void owe(const Partition& partition, const FrameStep& step, const FrameBurden& all, CarriedFrame& carried) {
+  const auto& [from, to, origin_change, axes, spin_change] = step;
   const Burden was = about(all.before, *all.centre);
   const Burden is = about(all.after, *all.centre);
   const Relative earlier = relative(was, from);
@@ -203,15 +203,16 @@ Wrench paid(CarriedFrame& carried, const Eigen::Quaterniond& axes, double dt) {
   return {{force.x(), force.y(), force.z()}, {torque.x(), torque.y(), torque.z()}};
 }
 
-// A body that carries a frame in this one counts with what is aboard that.
-BurdenSums sums_of(const Partition& partition, const Sector& sector) {
+// A body that carries a frame in this one counts with what is aboard that. `has_carriers`: there may be such.
+BurdenSums sums_of(const Partition& partition, const Sector& sector, bool has_carriers) {
   BurdenSums sums;
   const Vector3d middle =
       metres_between({0, 0, 0, sector.index.frame}, sector.index, partition.sector_size());
   for (const HomeBody* body : sector.homes) {
     if (body->properties.motion != Motion::kDynamic) continue;
     const BodyState state = sector.world->state(body->slot);
-    const Ballast ballast = ballast_of(partition, body->id).value_or(Ballast{});
+    Ballast ballast;
+    if (has_carriers) ballast = ballast_of(partition, body->id).value_or(Ballast{});
     const double mass = body->properties.mass + ballast.mass;
     const Vector3d place = middle + Vector3d(state.position.data());
     const Vector3d momentum = mass * Vector3d(state.linear_velocity.data());
@@ -233,17 +234,17 @@ BurdenSums sums_of(const Partition& partition, const Sector& sector) {
 
 BurdenSums burden_of(const Partition& partition, FrameNumber frame) {
   // What rests here weighs what it has weighed, but for carriers, aboard which something may come or go.
-  const bool may_change = std::ranges::any_of(partition.carried, [&](const CarriedFrame& carried) {
+  const bool has_carriers = std::ranges::any_of(partition.carried, [&](const CarriedFrame& carried) {
     return partition.settings.frames[carried.frame - 1].parent() == frame;
   });
   BurdenSums sums;
   for (const auto& [index, sector] : partition.sectors) {
     if (index.frame != frame || !sector->world) continue;
-    if (sector->active || may_change) {
-      sums += sums_of(partition, *sector);
+    if (sector->active || has_carriers) {
+      sums += sums_of(partition, *sector, has_carriers);
       continue;
     }
-    if (!sector->resting) sector->resting = sums_of(partition, *sector);
+    if (!sector->resting) sector->resting = sums_of(partition, *sector, has_carriers);
     sums += *sector->resting;
   }
   return sums;
@@ -295,15 +296,15 @@ std::vector<Command> bear_burdens(Partition& partition, Tick tick, const std::ve
       carried.ballast = {};
       continue;
     }
-    const absl::StatusOr<Course> course = course_of(partition, tick, before, before[n], carried);
-    if (!course.ok()) continue;
+    const absl::StatusOr<FrameStep> step = step_of(partition, tick, before, before[n], carried);
+    if (!step.ok()) continue;
     // At rest in a frame that turns, or on a planet, it is pushed by what holds it.
     const bool is_still = carried.place == before[n].place && carried.place.velocity.isZero(0);
     const bool rested = is_still && all.before.awake == 0 && all.after.awake == 0;
-    if (!rested) owe(partition, *course, all, carried);
+    if (!rested) owe(partition, *step, all, carried);
     carried.ballast = weighed(about(all.after, *all.centre));
     if (is_still && all.after.awake == 0) continue;
-    const Wrench wrench = paid(carried, course->axes, partition.dt());
+    const Wrench wrench = paid(carried, step->axes, partition.dt());
     // What rests aboard lets its carrier rest.
     const BodyId carrier = partition.settings.frames[carried.frame - 1].carrier->body;
     if (wrench == Wrench{}) continue;
