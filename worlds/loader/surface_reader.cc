@@ -129,7 +129,8 @@ absl::Status keep_surface_motion(xml::Element& link) {
   std::string numbers;
   for (const char* name : {"velocity", "running"}) {
     const char* text = motion->Attribute(name);
-    const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(*motion, text == nullptr ? "0 0 0" : text);
+    const absl::StatusOr<Eigen::Vector3d> vector =
+        xml::vector_in(*motion, text == nullptr ? "0 0 0" : text, name);
     if (!vector.ok()) return vector.status();
     for (const double x : *vector) absl::StrAppendFormat(&numbers, "%.17g ", x);
     motion->DeleteAttribute(name);

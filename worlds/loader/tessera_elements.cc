@@ -101,7 +101,7 @@ absl::Status read_drive(const Element& drive, JointDrives& drives, std::array<bo
 absl::Status read_vector(const Element& element, const char* name, Eigen::Vector3d& value) {
   const char* text = element.Attribute(name);
   if (text == nullptr) return absl::OkStatus();
-  const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(element, text);
+  const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(element, text, name);
   if (vector.ok()) value = *vector;
   return vector.status();
 }
@@ -199,7 +199,7 @@ absl::StatusOr<CentralGravity> read_central_gravity(const Element& element, doub
   }
   Eigen::Vector3d local = Eigen::Vector3d::Zero();
   if (const char* text = element.Attribute("local")) {
-    const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(element, text);
+    const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(element, text, "local");
     if (!vector.ok()) return vector.status();
     local = *vector;
   }
@@ -305,7 +305,7 @@ absl::StatusOr<PlacementExtras> take_extras(Element& element) {
          {std::pair{"linear", &result.linear_velocity}, std::pair{"angular", &result.angular_velocity}}) {
       const char* text = child->Attribute(name);
       if (text == nullptr) continue;
-      const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(*child, text);
+      const absl::StatusOr<Eigen::Vector3d> vector = xml::vector_in(*child, text, name);
       if (!vector.ok()) return vector.status();
       *value = *vector;
     }

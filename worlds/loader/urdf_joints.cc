@@ -38,7 +38,7 @@ absl::StatusOr<Pose> origin_of(const Element& joint) {
   for (const auto& [attribute, vector] : {std::pair{"xyz", &pose.position}, std::pair{"rpy", &angles}}) {
     const char* const text = origin->Attribute(attribute);
     if (text == nullptr) continue;
-    const absl::StatusOr<Eigen::Vector3d> numbers = xml::vector_in(*origin, text);
+    const absl::StatusOr<Eigen::Vector3d> numbers = xml::vector_in(*origin, text, attribute);
     if (!numbers.ok()) return numbers.status();
     *vector = *numbers;
   }

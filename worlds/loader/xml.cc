@@ -254,21 +254,32 @@ absl::StatusOr<std::string> required_attribute(const Element& element, const cha
   return std::string(value);
 }
 
-absl::StatusOr<std::vector<double>> numbers_in(const Element& element, absl::string_view text) {
+namespace {
+
+std::string named(absl::string_view attribute) {
+  return attribute.empty() ? "" : absl::StrCat("the attribute ", attribute, ": ");
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<double>> numbers_in(const Element& element, absl::string_view text,
+                                               absl::string_view attribute) {
   std::vector<double> numbers;
   for (absl::string_view word : absl::StrSplit(text, absl::ByAnyChar(" \t\r\n"), absl::SkipEmpty())) {
     double number = 0;
-    if (!absl::SimpleAtod(word, &number)) return invalid(element, "'", word, "' is not a number");
-    if (!std::isfinite(number)) return invalid(element, "'", word, "' must be finite");
+    if (!absl::SimpleAtod(word, &number))
+      return invalid(element, named(attribute), "'", word, "' is not a number");
+    if (!std::isfinite(number)) return invalid(element, named(attribute), "'", word, "' must be finite");
     numbers.push_back(number);
   }
   return numbers;
 }
 
-absl::StatusOr<Eigen::Vector3d> vector_in(const Element& element, absl::string_view text) {
-  const absl::StatusOr<std::vector<double>> numbers = numbers_in(element, text);
+absl::StatusOr<Eigen::Vector3d> vector_in(const Element& element, absl::string_view text,
+                                          absl::string_view attribute) {
+  const absl::StatusOr<std::vector<double>> numbers = numbers_in(element, text, attribute);
   if (!numbers.ok()) return numbers.status();
-  if (numbers->size() != 3) return invalid(element, "'", text, "' must be 3 numbers");
+  if (numbers->size() != 3) return invalid(element, named(attribute), "'", text, "' must be 3 numbers");
   return Eigen::Vector3d((*numbers)[0], (*numbers)[1], (*numbers)[2]);
 }
 
@@ -283,7 +294,7 @@ absl::StatusOr<double> number_of(const Element& element) {
 absl::StatusOr<double> number_attribute(const Element& element, const char* name) {
   const absl::StatusOr<std::string> text = required_attribute(element, name);
   if (!text.ok()) return text.status();
-  const absl::StatusOr<std::vector<double>> numbers = numbers_in(element, *text);
+  const absl::StatusOr<std::vector<double>> numbers = numbers_in(element, *text, name);
   if (!numbers.ok()) return numbers.status();
   if (numbers->size() != 1)
     return invalid(element, "the attribute ", name, " = '", *text, "' must be one number");

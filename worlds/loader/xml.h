@@ -88,8 +88,11 @@ absl::StatusOr<double> number_of(const Element& element);
 void set_number(Element& element, double value);
 absl::StatusOr<bool> bool_of(const Element& element);
 absl::StatusOr<std::int64_t> integer_in(const Element& element, absl::string_view text);
-absl::StatusOr<std::vector<double>> numbers_in(const Element& element, absl::string_view text);
-absl::StatusOr<Eigen::Vector3d> vector_in(const Element& element, absl::string_view text);
+// Errors name the attribute that the text is of, unless it is that of the element itself.
+absl::StatusOr<std::vector<double>> numbers_in(const Element& element, absl::string_view text,
+                                               absl::string_view attribute = "");
+absl::StatusOr<Eigen::Vector3d> vector_in(const Element& element, absl::string_view text,
+                                          absl::string_view attribute = "");
 
 // A <pose> element: its pose, and the frame that it is relative to (empty: the enclosing one).
 struct RelativePose {
