@@ -117,6 +117,9 @@ export class Bodies {
   // Interpolates between the last two frames.
   blend(now) { uniforms.uBlend.value = Math.min((now - this.#arrived) / this.frameMs, 1); }
 
+  // Whether bodies are drawn where they are in the last frame.
+  get isBlended() { return uniforms.uBlend.value === 1; }
+
   // Chooses the level of detail of each body for a picture `height` pixels high.
   prepare({position: eye, fov}, height) {
     uniforms.uHeight.value = height;

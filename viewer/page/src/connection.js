@@ -19,6 +19,7 @@ export class Connection extends EventTarget {
   }
 
   get isOpen() { return this.#socket?.readyState === WebSocket.OPEN; }
+  get isAsking() { return this.#open.size > 0; }
 
   send(message) {
     if (this.isOpen) this.#socket.send(JSON.stringify(message));

@@ -101,17 +101,20 @@ test('colours are light where the system says so, and as chosen from then on', a
 });
 
 test('Space presses the button that has the focus, and else runs and pauses', async () => {
+  const isHelpOpen = (wanted) => page.waitForFunction((open) => document.getElementById('help').open === open, {}, wanted);
+  await isInState('paused');
   await page.focus('#helpOpen');
   await page.keyboard.press('Space');
-  assert.equal(await page.$eval('#help', ({open}) => open), true);
+  await isHelpOpen(true);
   assert.match(await page.$eval('#help', (help) => help.innerText), /Space\s+run or pause/);
   await page.keyboard.press('Escape');
-  assert.equal(await page.$eval('#help', ({open}) => open), false);
+  await isHelpOpen(false);
   assert.equal(await page.$eval('#state', ({textContent}) => textContent), 'paused');
   await page.focus('#world');
   await page.keyboard.press('?');
-  assert.equal(await page.$eval('#help', ({open}) => open), true);
+  await isHelpOpen(true);
   await page.keyboard.press('Escape');
+  await isHelpOpen(false);
   await page.focus('#world');
   await page.keyboard.press('Space');
   await isInState('running');
@@ -135,10 +138,10 @@ test('every control has a name, and few numbers come first', async () => {
       .filter((element) => !(element.ariaLabel || element.textContent.trim() || element.closest('label') || element.getAttribute('aria-labelledby')))
       .map(({outerHTML}) => outerHTML));
   assert.deepEqual(nameless, []);
-  assert.equal(await page.$$eval('#tiles > div', ({length}) => length), 3);
+  await page.waitForFunction(() => document.querySelectorAll('#tiles > div').length === 3);
   assert.equal(await page.$eval('#counters', ({open}) => open), false);
   await page.click('#counters summary');
-  assert.match(await page.$eval('#moreTiles', (tiles) => tiles.innerText), /clones/);
+  await page.waitForFunction(() => /clones/.test(document.getElementById('moreTiles').innerText));
   await page.click('#counters summary');
 });
 
