@@ -81,7 +81,9 @@ absl::StatusOr<json> ground(Client& client, const live::ClusterReport& report, c
     return absl::InvalidArgumentError(
         absl::StrCat("half: ", half, " m is not ", kGroundHalfMin, " to ", kGroundHalfMax, " m"));
   }
-  const Eigen::Vector3d up = PageView({*centre, half}, *report.cluster.settings).up();
+  if (centre->sector.frame > report.cluster.settings->frames.size())
+    return absl::NotFoundError(absl::StrCat("frame: the world has no frame ", centre->sector.frame));
+  const Eigen::Vector3d up = PageView({*centre, half}, *report.cluster.settings).up(report.cluster.tick);
   const absl::StatusOr<RaysQuery> rays = rays_down(*centre, up, half, sector_size);
   if (!rays.ok()) return rays.status();
   absl::StatusOr<Hits> hits = cast(client, *rays);

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "lpss/model/moving_frame.h"
+
 namespace tessera::viewer {
 namespace {
 
@@ -57,7 +59,9 @@ json to_json(const SectorIndex& sector) {
 json to_json(const Eigen::Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
 
 json to_json(const WorldPosition& position) {
-  return {{"sector", to_json(position.sector)}, {"local", to_json(position.local)}};
+  json told = {{"sector", to_json(position.sector)}, {"local", to_json(position.local)}};
+  if (position.sector.frame != kWorldFrame) told["frame"] = position.sector.frame;
+  return told;
 }
 
 json to_json(const Shape& shape) {
@@ -118,6 +122,16 @@ absl::StatusOr<std::uint64_t> natural_from(const json& given) {
   return given.get<std::uint64_t>();
 }
 
+absl::StatusOr<FrameNumber> frame_from(const json& given) {
+  const auto frame = given.find("frame");
+  if (frame == given.end()) return kWorldFrame;
+  const absl::StatusOr<std::uint64_t> number = natural_from(*frame);
+  if (!number.ok()) return absl::InvalidArgumentError(absl::StrCat("frame: ", number.status().message()));
+  if (*number > kMovingFramesMax)
+    return absl::InvalidArgumentError(absl::StrCat("frame: ", *number, " is not 0 to ", kMovingFramesMax));
+  return static_cast<FrameNumber>(*number);
+}
+
 absl::StatusOr<WorldPosition> position_from(const json& given) {
   const absl::Status no_sector =
       absl::InvalidArgumentError("sector: expected three 64-bit integers as strings");
@@ -133,7 +147,9 @@ absl::StatusOr<WorldPosition> position_from(const json& given) {
   }
   const absl::StatusOr<Eigen::Vector3d> displacement = vector_from(local == given.end() ? json() : *local);
   if (!displacement.ok()) return displacement.status();
-  return WorldPosition{{index[0], index[1], index[2]}, *displacement};
+  const absl::StatusOr<FrameNumber> frame = frame_from(given);
+  if (!frame.ok()) return frame.status();
+  return WorldPosition{{index[0], index[1], index[2], *frame}, *displacement};
 }
 
 json message_from(std::string_view text) {

@@ -19,13 +19,16 @@ namespace tessera::viewer {
 
 nlohmann::json to_json(const SectorIndex& sector);
 nlohmann::json to_json(const Eigen::Vector3d& vector);
-nlohmann::json to_json(const WorldPosition& position);  // {"sector": ["i", "j", "k"], "local": [x, y, z]}
+// {"sector": ["i", "j", "k"], "local": [x, y, z]}, and "frame" where that is one that moves.
+nlohmann::json to_json(const WorldPosition& position);
 nlohmann::json to_json(const Shape& shape);
 nlohmann::json to_json(const Look& look);  // parts of a shape, each with its "colour", 0xRRGGBB
 nlohmann::json to_json(const FoundBody& body);
 
 // INVALID_ARGUMENT if a field is missing or has another type.
 absl::StatusOr<WorldPosition> position_from(const nlohmann::json& json);
+absl::StatusOr<FrameNumber> frame_from(
+    const nlohmann::json& json);  // of a position; no such field: the world's
 absl::StatusOr<Eigen::Vector3d> vector_from(const nlohmann::json& json);
 absl::StatusOr<std::uint64_t> natural_from(const nlohmann::json& json);
 

@@ -65,7 +65,7 @@ absl::StatusOr<BodyFrame> one_frame(Client& client, const BodyFilter& filter) {
   return (*stream)->next(kRequestTimeout);
 }
 
-// A body where it is in its frame, and the turn from the axes of that to the world's.
+// A body where it is in its frame, and the turn from the axes of that to those of another one.
 struct Aboard {
   WorldPose pose;
   Eigen::Quaterniond axes = Eigen::Quaterniond::Identity();
@@ -82,7 +82,8 @@ absl::StatusOr<FoundBody> named_or_numbered(Client& client, const BodyName& name
   return std::move(found->bodies.front());
 }
 
-absl::StatusOr<Aboard> aboard(Client& client, const WorldSettings& settings, const BodyName& name) {
+absl::StatusOr<Aboard> aboard(Client& client, const WorldSettings& settings, const BodyName& name,
+                              FrameNumber seen_from = kWorldFrame) {
   const absl::StatusOr<FoundBody> body = named_or_numbered(client, name);
   if (!body.ok()) return body.status();
   BodyFilter filter{.ids = {body->id}};
@@ -98,7 +99,7 @@ absl::StatusOr<Aboard> aboard(Client& client, const WorldSettings& settings, con
   for (const BodySample& one : seen->bodies) carriers.see(one.id, one.pose);
   const WorldPose origin{{{0, 0, 0, sample->pose.position.sector.frame}, Eigen::Vector3d::Zero()}};
   const absl::StatusOr<WorldPose> outside = pose_in_frame(
-      settings, static_cast<double>(seen->tick) * settings.time_step, origin, kWorldFrame, carriers.poses());
+      settings, static_cast<double>(seen->tick) * settings.time_step, origin, seen_from, carriers.poses());
   if (!outside.ok()) return outside.status();
   return Aboard{sample->pose, outside->orientation};
 }
@@ -131,7 +132,7 @@ absl::StatusOr<json> spawn(Client& client, const WorldSettings& settings, const 
   return json{{"body", spawned->id.value}, {"tick", spawned->tick}};
 }
 
-// Along the axes of the world, whatever frame the body is in.
+// Along the axes of the frame that it is seen from, whatever frame the body is in.
 absl::StatusOr<json> push(Client& client, const WorldSettings& settings, const json& request) {
   absl::StatusOr<Eigen::Vector3d> impulse = vector_from(request.at("impulse"));
   if (!impulse.ok()) return impulse.status();
@@ -139,8 +140,10 @@ absl::StatusOr<json> push(Client& client, const WorldSettings& settings, const j
   if (!lever.ok()) return lever.status();
   const absl::StatusOr<BodyName> body = body_of(request.at("body"));
   if (!body.ok()) return body.status();
+  const absl::StatusOr<FrameNumber> frame = frame_from(request);
+  if (!frame.ok()) return frame.status();
   if (!settings.frames.empty()) {
-    const absl::StatusOr<Aboard> pushed = aboard(client, settings, *body);
+    const absl::StatusOr<Aboard> pushed = aboard(client, settings, *body, *frame);
     if (!pushed.ok()) return pushed.status();
     const Eigen::Quaterniond back = pushed->axes.conjugate();
     impulse = back * *impulse;
@@ -167,32 +170,17 @@ absl::StatusOr<json> pick(Client& client, const json& request) {
   return found;
 }
 
-// One frame of the bodies that match `filter`, where they are in the world.
-absl::StatusOr<std::vector<BodySample>> look_once(Client& client, const live::ClusterReport& report,
-                                                  const BodyFilter& filter) {
-  absl::StatusOr<BodyFrame> frame = one_frame(client, filter);
-  if (!frame.ok()) return frame.status();
-  if (!report.cluster.settings) return std::move(frame->bodies);
-  const WorldSettings& settings = *report.cluster.settings;
-  const double time = static_cast<double>(frame->tick) * settings.time_step;
-  SeenCarriers carriers(settings);
-  for (const BodySample& body : frame->bodies) carriers.see(body.id, body.pose);
-  for (BodySample& body : frame->bodies) {
-    body.pose = pose_in_frame(settings, time, body.pose, kWorldFrame, carriers.poses()).value_or(body.pose);
-  }
-  return std::move(frame->bodies);
-}
-
-absl::StatusOr<json> find(Client& client, const live::ClusterReport& report, const json& request) {
+// Where a body is in its frame.
+absl::StatusOr<json> find(Client& client, const json& request) {
   const absl::StatusOr<BodyName> name = body_of(request.at("body"));
   if (!name.ok()) return name.status();
   const absl::StatusOr<FoundBody> body = named_or_numbered(client, *name);
   if (!body.ok()) return body.status();
-  const absl::StatusOr<std::vector<BodySample>> samples = look_once(client, report, {.ids = {body->id}});
-  if (!samples.ok()) return samples.status();
-  if (samples->empty())
+  const absl::StatusOr<BodyFrame> seen = one_frame(client, {.ids = {body->id}});
+  if (!seen.ok()) return seen.status();
+  if (seen->bodies.empty())
     return absl::NotFoundError(absl::StrCat("no server reports the position of ", body->name));
-  json found = to_json(samples->front().pose.position);
+  json found = to_json(seen->bodies.front().pose.position);
   found.update({{"body", body->id.value}, {"name", body->name}});
   return found;
 }
@@ -250,10 +238,10 @@ absl::StatusOr<json> undo(const RequestContext& context) {
   return json{{"body", spawned->id.value}, {"tick", spawned->tick}};
 }
 
-absl::StatusOr<json> places(Client& client, const live::ClusterReport& report, double sector_size) {
-  const absl::StatusOr<std::vector<BodySample>> bodies = look_once(client, report, {});
-  if (!bodies.ok()) return bodies.status();
-  std::vector<Place> found = places_of(*bodies, sector_size);
+absl::StatusOr<json> places(Client& client, const WorldSettings& settings) {
+  const absl::StatusOr<BodyFrame> seen = one_frame(client, {});
+  if (!seen.ok()) return seen.status();
+  std::vector<Place> found = places_of(seen->bodies, settings.sector_size);
   const bool truncated = found.size() > kPlacesMax;
   if (truncated) found.resize(kPlacesMax);
   BodyQuery query;
@@ -271,6 +259,9 @@ absl::StatusOr<json> places(Client& client, const live::ClusterReport& report, d
                   {"bodies", place.bodies},
                   {"sectors", place.sectors},
                   {"name", named == first->bodies.end() ? "" : named->name}});
+    if (const FrameNumber frame = place.centre.sector.frame;
+        frame != kWorldFrame && frame <= settings.frames.size())
+      entry["frame_name"] = settings.frames[frame - 1].name;
     described.push_back(std::move(entry));
   }
   return json{{"places", std::move(described)}, {"truncated", truncated}};
@@ -281,8 +272,8 @@ absl::StatusOr<json> carry_out(const RequestContext& context, const json& reques
   const std::string what = request.at("do").get<std::string>();
   const WorldSettings settings = report.cluster.settings.value_or(WorldSettings{});
   if (what == "pick") return pick(client, request);
-  if (what == "find") return find(client, report, request);
-  if (what == "places") return places(client, report, settings.sector_size);
+  if (what == "find") return find(client, request);
+  if (what == "places") return places(client, settings);
   if (what == "ground") return ground(client, report, request);
   if (what == "programs") return programs(client, request);
   if (what == "names") return names(client, request);

@@ -146,7 +146,8 @@ void PageSession::watch() {
     seams_.watch({});
     return;
   }
-  const WatchedRegion region{interest_->centre, Eigen::Vector3d::Constant(interest_->half)};
+  const Interest interest = known_in(*report_->cluster.settings, *interest_);
+  const WatchedRegion region{interest.centre, Eigen::Vector3d::Constant(interest.half)};
   BodyFilter filter;
   // Bodies of frames that move are in no region of the world, and yet in view.
   if (report_->cluster.settings->frames.empty()) filter.region = region;
@@ -241,6 +242,12 @@ void PageSession::show(const std::shared_ptr<const live::ClusterReport>& report,
   }
 }
 
+bool PageSession::Sky::is_near(const Sky& other) const {
+  constexpr double kAngleMax = 1e-3;
+  return up.isApprox(other.up, kAngleMax) && planet.has_value() == other.planet.has_value() &&
+         (!planet || planet->isApprox(*other.planet, kAngleMax));
+}
+
 bool PageSession::start_over_where_needed(const live::ClusterReport& report, const Interest& interest) {
   if (report.world != told_world_) {
     told_world_ = report.world;
@@ -255,12 +262,15 @@ bool PageSession::start_over_where_needed(const live::ClusterReport& report, con
   }
   const bool has_new_statics = counted_bodies_ != report.cluster.bodies && catalogue_.learn_statics().ok();
   if (has_new_statics) counted_bodies_ = report.cluster.bodies;
-  const PageView view(interest, *report.cluster.settings);
-  if (!view_ || view_->sector() != view.sector()) {
+  PageView view(known_in(*report.cluster.settings, interest), *report.cluster.settings);
+  if (view_) view.go_on_from(*view_);
+  const Sky sky{view.up(report.cluster.tick), view.planet(report.cluster.tick)};
+  if (!view_ || view_->sector() != view.sector() || !told_sky_.is_near(sky)) {
     encoder_.start_over();
-    socket_.send_text(dump(view.describe()));
+    socket_.send_text(dump(view.describe(report.cluster.tick)));
+    told_sky_ = sky;
   }
-  const bool is_new = !view_ || view_->interest() != interest;
+  const bool is_new = !view_ || view_->interest() != view.interest();
   if (has_new_statics || is_new) statics_ = view.see_statics(catalogue_, report.cluster.tick);
   view_ = view;
   return is_new;

@@ -98,6 +98,13 @@ class PageSession {
   live::BodyCatalogue catalogue_;
   FrameEncoder encoder_;
   std::optional<PageView> view_;
+  // What changes of a view in a frame that turns or goes around a planet, as the page was told.
+  struct Sky {
+    Eigen::Vector3d up = Eigen::Vector3d::Zero();
+    std::optional<Eigen::Vector3d> planet;  // m
+
+    bool is_near(const Sky& other) const;
+  } told_sky_;
   std::vector<SeenBody> statics_;
   std::optional<ContactFrame> last_contacts_;  // a paused world streams them only once
   absl::flat_hash_set<BodyId> told_bodies_;

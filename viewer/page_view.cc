@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "lpss/model/frame_motion.h"
+#include "lpss/model/gravity.h"
 #include "viewer/json.h"
 
 namespace tessera::viewer {
@@ -38,23 +39,60 @@ Eigen::Vector3d PageView::offset(const WorldPosition& point) const {
   return relative_to(point, sector(), settings_.sector_size);
 }
 
-Eigen::Vector3d PageView::up() const {
+Interest known_in(const WorldSettings& settings, Interest interest) {
+  if (interest.centre.sector.frame > settings.frames.size()) interest.centre.sector.frame = kWorldFrame;
+  return interest;
+}
+
+Eigen::Vector3d PageView::pull(const WorldPosition& place, double time) const {
+  const FrameNumber frame = place.sector.frame;
+  if (frame == kWorldFrame)
+    return acceleration_at(settings_.gravity, place.sector, place.local, settings_.sector_size);
+  const MovingFrame& moving = settings_.frames[frame - 1];
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+  if (!moving.falls) {
+    const absl::StatusOr<WorldPose> around =
+        pose_in_frame(settings_, time, {place}, moving.parent(), carriers_.poses());
+    if (!around.ok()) return Eigen::Vector3d::Zero();
+    pull = around->orientation.conjugate() * this->pull(around->position, time);
+  }
+  if (moving.carrier) return pull;
+  const FrameMotion motion = motion_at(settings_, moving, time);
+  const Eigen::Vector3d spin = motion.orientation.conjugate() * motion.spin;
+  return pull - spin.cross(spin.cross(relative_to(place, {0, 0, 0, frame}, settings_.sector_size)));
+}
+
+Eigen::Vector3d PageView::up(Tick tick) const {
+  constexpr double kPullMin = 1e-3;  // m/s^2
+  if (sector().frame != kWorldFrame) {
+    const Eigen::Vector3d felt = pull(interest_.centre, static_cast<double>(tick) * settings_.time_step);
+    return felt.norm() < kPullMin ? Eigen::Vector3d::UnitZ().eval() : (-felt).stableNormalized().eval();
+  }
   const auto* uniform = std::get_if<UniformGravity>(&settings_.gravity);
   const Eigen::Vector3d up =
-      uniform != nullptr
-          ? (-uniform->acceleration).stableNormalized().eval()
-          : (interest_.centre.local - offset(std::get<CentralGravity>(settings_.gravity).centre))
-                .stableNormalized()
-                .eval();
+      (uniform != nullptr ? (-uniform->acceleration).eval() : (interest_.centre.local - *planet(tick)).eval())
+          .stableNormalized();
   return up.isZero() ? Eigen::Vector3d::UnitZ().eval() : up;
 }
 
-nlohmann::json PageView::describe() const {
+std::optional<Eigen::Vector3d> PageView::planet(Tick tick) const {
+  const auto* central = std::get_if<CentralGravity>(&settings_.gravity);
+  if (central == nullptr) return std::nullopt;
+  return offset(posed({central->centre}, tick).position);
+}
+
+nlohmann::json PageView::describe(Tick tick) const {
   nlohmann::json view = {
       {"type", "view"}, {"sector", to_json(sector())}, {"sector_size", settings_.sector_size}};
-  view["up"] = to_json(up());
-  if (const auto* central = std::get_if<CentralGravity>(&settings_.gravity))
-    view["planet"] = {{"centre", to_json(offset(central->centre))}, {"radius", central->radius}};
+  if (sector().frame != kWorldFrame) {
+    view["frame"] = sector().frame;
+    view["frame_name"] = settings_.frames[sector().frame - 1].name;
+  }
+  view["up"] = to_json(up(tick));
+  if (const std::optional<Eigen::Vector3d> centre = planet(tick)) {
+    view["planet"] = {{"centre", to_json(*centre)},
+                      {"radius", std::get<CentralGravity>(settings_.gravity).radius}};
+  }
   return view;
 }
 
@@ -108,9 +146,11 @@ std::vector<SeenContact> PageView::see(const ContactFrame& frame) const {
   std::vector<SeenContact> seen;
   for (const ContactSample& contact : frame.contacts) {
     if (contact.phase == ContactPhase::kEnd || contact.trigger) continue;
-    const Eigen::Vector3d point = offset(contact.position);
+    const WorldPose pose = posed({contact.position}, frame.tick);
+    const Eigen::Vector3d point = offset(pose.position);
     if (((point - interest_.centre.local).cwiseAbs().array() > interest_.half).any()) continue;
-    seen.push_back({floats(point), floats(contact.normal), static_cast<float>(contact.impulse)});
+    seen.push_back({floats(point), floats(Eigen::Vector3d(pose.orientation * contact.normal)),
+                    static_cast<float>(contact.impulse)});
   }
   return seen;
 }

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <numbers>
+
 #include "viewer/json.h"
 
 namespace tessera::viewer {
@@ -66,10 +68,107 @@ TEST(PageViewTest, ContactsOutsideOfTheViewAreLeftOut) {
 TEST(PageViewTest, UpIsAwayFromThePlanet) {
   WorldSettings earth = settings(100);
   earth.gravity = CentralGravity{{{0, 0, 0}, {0, 0, 0}}, 9.8, 6e6};
-  const json view = PageView({{{0, -60'000, 0}, {0, 0, 0}}, 20}, earth).describe();
+  const json view = PageView({{{0, -60'000, 0}, {0, 0, 0}}, 20}, earth).describe(0);
   EXPECT_EQ(view["up"], json({0.0, -1.0, 0.0}));
   EXPECT_EQ(view["planet"]["centre"], json({0.0, 6e6, 0.0}));
   EXPECT_EQ(view["sector"], json({"0", "-60000", "0"}));
+}
+
+TEST(PageViewTest, UpIsAgainstWhatAFrameThatTurnsMakesOfGravity) {
+  WorldSettings habitat = settings(128);
+  habitat.gravity = UniformGravity{{0, 0, 0}};
+  habitat.frames.resize(1);
+  habitat.frames[0].name = "ring";
+  habitat.frames[0].spin = {0.5, 0, 0};
+  const PageView floor({{{0, 0, 0, 1}, {0, 0, -40}}, 20}, habitat);
+  EXPECT_TRUE(floor.up(8).isApprox(Eigen::Vector3d(0, 0, 1)));
+  const PageView wall({{{0, 0, 0, 1}, {0, 40, 0}}, 20}, habitat);
+  EXPECT_TRUE(wall.up(8).isApprox(Eigen::Vector3d(0, -1, 0)));
+  const PageView axis({{{0, 0, 0, 1}, {0, 0, 0}}, 20}, habitat);
+  EXPECT_TRUE(axis.up(8).isApprox(Eigen::Vector3d(0, 0, 1))) << "nothing is felt";
+  const json view = floor.describe(8);
+  EXPECT_EQ(view["frame"], 1);
+  EXPECT_EQ(view["frame_name"], "ring");
+  EXPECT_FALSE(view.contains("planet"));
+}
+
+TEST(PageViewTest, UpStaysWhereATrainBrakesAndIsFeltThroughFramesAround) {
+  WorldSettings planet = settings(128);
+  planet.gravity = UniformGravity{{0, 0, -10}};
+  planet.frames.resize(2);
+  planet.frames[0].start.orientation = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX());
+  planet.frames[1].start.position.sector.frame = 1;
+  planet.frames[1].legs = {{.seconds = 100, .acceleration = {8, 0, 0}}};
+  const PageView train({{{0, 0, 0, 2}, {0, 0, 0}}, 20}, planet);
+  EXPECT_TRUE(train.up(8).isApprox(Eigen::Vector3d(0, 1, 0)));
+  planet.frames[0].falls = true;
+  const PageView falling({{{0, 0, 0, 2}, {0, 0, 0}}, 20}, planet);
+  EXPECT_TRUE(falling.up(8).isApprox(Eigen::Vector3d(0, 0, 1))) << "nothing is felt";
+}
+
+TEST(PageViewTest, UpIsAgainstGravityInAFrameWithACarrier) {
+  WorldSettings ship = settings(128);
+  ship.frames.resize(1);
+  ship.frames[0].carrier = FrameCarrier{.body = BodyId{3}};
+  BodySample carrier;
+  carrier.id = BodyId{3};
+  carrier.pose.orientation = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX());
+  PageView seen({{{0, 0, 0, 1}, {0, 0, 0}}, 20}, ship);
+  EXPECT_TRUE(seen.up(8).isApprox(Eigen::Vector3d(0, 0, 1))) << "nobody has seen the ship";
+  BodyFrame frame;
+  frame.bodies = {carrier};
+  seen.see_carriers(frame);
+  EXPECT_TRUE(seen.up(8).isApprox(Eigen::Vector3d(0, 1, 0)));
+  PageView next({{{1, 0, 0, 1}, {0, 0, 0}}, 20}, ship);
+  next.go_on_from(seen);
+  EXPECT_TRUE(next.up(8).isApprox(Eigen::Vector3d(0, 1, 0)));
+}
+
+TEST(PageViewTest, APlanetIsWhereItIsFromAFrameInOrbit) {
+  WorldSettings earth = settings(100);
+  earth.time_step = 0.5;
+  earth.gravity = CentralGravity{{{0, 0, 0}, {0, 0, 0}}, 9.8, 6e6};
+  earth.frames.resize(1);
+  earth.frames[0].start.position = {{0, 0, 70'000}, {0, 0, 0}};
+  earth.frames[0].velocity = {1000, 0, 0};
+  const PageView station({{{0, 0, 0, 1}, {0, 0, 0}}, 20}, earth);
+  EXPECT_TRUE(station.planet(8)->isApprox(Eigen::Vector3d(-4000, 0, -7e6)));
+}
+
+TEST(PageViewTest, AViewInAFrameThatTheWorldLacksIsInTheWorldFrame) {
+  const Interest interest{{{5, 0, 0, 2}, {1, 0, 0}}, 20};
+  WorldSettings train = settings(128);
+  train.frames.resize(1);
+  EXPECT_EQ(known_in(train, interest).centre.sector, (SectorIndex{5, 0, 0}));
+  train.frames.resize(2);
+  EXPECT_EQ(known_in(train, interest), interest);
+}
+
+TEST(PageViewTest, ContactsOfOtherFramesAreWhereTheseAre) {
+  WorldSettings with_train = settings(128);
+  with_train.time_step = 0.5;
+  with_train.frames.resize(1);
+  with_train.frames[0].velocity = {30, 0, 0};
+  ContactFrame frame;
+  frame.tick = 8;
+  frame.contacts.resize(1);
+  frame.contacts[0].position = {{0, 0, 0, 1}, {1, 2, 3}};
+  frame.contacts[0].normal = {0, 0, 1};
+  const std::vector<SeenContact> seen = PageView({{{1, 0, 0}, {0, 0, 0}}, 20}, with_train).see(frame);
+  ASSERT_EQ(seen.size(), 1u);
+  EXPECT_THAT(seen[0].position, ElementsAre(120 + 1 - 128, 2, 3));
+  EXPECT_THAT(seen[0].normal, ElementsAre(0, 0, 1));
+}
+
+TEST(JsonTest, FramesOfPositionsAreKept) {
+  const WorldPosition position{{3, 4, 5, 7}, {0.1, -2.5, 1e-9}};
+  EXPECT_EQ(position_from(to_json(position)).value(), position);
+  EXPECT_FALSE(to_json(WorldPosition{}).contains("frame"));
+  json given = to_json(position);
+  given["frame"] = -1;
+  EXPECT_EQ(position_from(given).status().message(), "frame: expected a whole number from 0 to 2^64 - 1");
+  given["frame"] = 257;
+  EXPECT_EQ(position_from(given).status().message(), "frame: 257 is not 0 to 256");
 }
 
 TEST(JsonTest, SectorIndicesKeepAllTheirBits) {

@@ -6,7 +6,7 @@ import {meshBatch, pointBatch} from './batch.js';
 import {uniforms} from './body_material.js';
 import {colourOf} from './colours.js';
 import {asTrigger, drawnAs, kPointLevel, levelFor, meanColourOf, meanRadiusOf, radiusOf} from './geometry.js';
-import {between, fromJson, moved, toJson} from './position.js';
+import {between, fromJson, moved, placed, toJson} from './position.js';
 
 export const kPointPixels = 5;  // bodies of a smaller radius are drawn as points
 
@@ -253,7 +253,7 @@ export class Bodies {
       server,
       isAsleep,
       isAboard,
-      position: {sector: this.view.sector, local},
+      position: placed(this.view, local),
       orientation
     };
   }
@@ -276,15 +276,14 @@ export class Bodies {
   // recordings, which have no server.
   pick(ray) { return this.#pickAmong(this.#shown.keys(), ray); }
 
-  // The same among bodies aboard of frames that move, which the rays of the world do not meet. Until the server had
+  // The same among bodies of other frames than the view's, which the rays of that do not meet. Until the server had
   // looked for them, they would have moved on, too: so the hit has where the body is drawn.
   pickAboard(ray) {
     const isSolid = ([, {isAboard, shape}]) => isAboard && !shape.drawn.isTrigger;
     const hit = this.#pickAmong([...this.#shown].filter(isSolid).map(([id]) => id), ray);
     if (!hit.hit) return hit;
     const {place, turn} = this.#drawnPose(this.#shown.get(hit.body));
-    const position = {sector: this.view.sector, local: place.toArray()};
-    return {...hit, drawn: {position, orientation: turn.toArray()}};
+    return {...hit, drawn: {position: placed(this.view, place.toArray()), orientation: turn.toArray()}};
   }
 
   #pickAmong(ids, {direction, length, ...from}) {
@@ -309,6 +308,12 @@ export class Bodies {
     return {hit: true, body: id, name, distance, normal: normal.toArray(), ...toJson(place)};
   }
 
+  // Where the picture has a body; null if it is not in view.
+  drawnPlace(id) {
+    const body = this.#shown.get(id);
+    return body ? placed(this.view, this.#drawnPose(body).place.toArray()) : null;
+  }
+
   // Between the last two frames, as the picture has it.
   #drawnPose({batch: {position0, position1, rotation0, rotation1}, slot}) {
     const share = uniforms.uBlend.value;
@@ -320,7 +325,7 @@ export class Bodies {
     };
   }
 
-  get #origin() { return {sector: this.view.sector, local: [0, 0, 0]}; }
+  get #origin() { return placed(this.view); }
 
   // Sectors with movable bodies, as {offset, server, bodies}.
   occupiedSectors() {

@@ -12,7 +12,7 @@ const kPitchMax = 1.55;
 export class Camera {
   constructor(canvas) {
     this.three = new PerspectiveCamera(50, 1, 0.1, 1000);
-    this.focus = null;  // a position of the world
+    this.focus = null;  // a position
     this.sectorSize = 128;
     this.yaw = -2.2;
     this.pitch = 0.35;
@@ -24,12 +24,12 @@ export class Camera {
     this.#listen(canvas);
   }
   #keys;
-  #glide = null;
+  #left = null;  // m, from the place that it rides along with to the focus
 
-  // Rotates the world's z axis to the local up direction.
+  // Rotates the z axis to the local up direction.
   #frame() { return new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), this.up); }
 
-  // Unit vectors in world axes: from the focus to the eye, right, and forward along the ground.
+  // Unit vectors in the axes of the view: from the focus to the eye, right, and forward along the ground.
   directions() {
     const frame = this.#frame();
     const out = new Vector3(
@@ -44,27 +44,21 @@ export class Camera {
   jump(focus, distance) {
     this.focus = focus;
     if (distance) this.distance = Math.min(Math.max(distance, kDistanceMin), kDistanceMax);
-    this.#glide = null;
+    this.#left = null;
   }
 
-  // Moves the focus there smoothly, or at once if it is far away.
-  glideTo(focus) {
-    if (!this.focus || Math.hypot(...between(this.focus, focus, this.sectorSize)) > 50 * this.distance)
-      this.jump(focus);
-    else
-      this.#glide = focus;
+  // In each picture, of a place that moves: the focus moves with it, and what is left of the way there fades.
+  ride(place) {
+    this.#left ??= between(place, this.focus, this.sectorSize);
+    if (Math.hypot(...this.#left) > 50 * this.distance) this.#left = [0, 0, 0];
+    this.focus = moved(place, this.#left, this.sectorSize);
   }
 
-  stopGliding() { this.#glide = null; }
+  stopRiding() { this.#left = null; }
 
   advance(seconds) {
     if (!this.focus) return;
-    if (this.#glide) {
-      const way = between(this.focus, this.#glide, this.sectorSize);
-      const share = 1 - Math.exp(-9 * seconds);
-      this.#shift(way.map((x) => x * share));
-      if (Math.hypot(...way) < 1e-3 * this.distance) this.#glide = null;
-    }
+    this.#left &&= this.#left.map((x) => x * Math.exp(-9 * seconds));
     const {right, forward} = this.directions();
     const way = new Vector3();
     const along = (key, direction, sign) => this.#keys.has(key) && way.addScaledVector(direction, sign);
@@ -94,11 +88,9 @@ export class Camera {
     return target;
   }
 
-  #shift(way) { this.focus = moved(this.focus, way, this.sectorSize); }
-
   #moveByHand(way) {
-    this.#glide = null;
-    this.#shift(way.toArray());
+    this.#left = null;
+    this.focus = moved(this.focus, way.toArray(), this.sectorSize);
     this.onMove();
   }
 

@@ -2,7 +2,7 @@
 import {fill} from './dashboard.js';
 import {describe} from './geometry.js';
 import {number, Plot} from './plot.js';
-import {moved, sectorText} from './position.js';
+import {moved, placed, sectorText} from './position.js';
 
 const rounded = (x) => Number(x.toPrecision(4));
 const kProgramsEvery = 500;  // ms
@@ -113,14 +113,15 @@ export class Details {
     const body = this.bodies.look(this.#shown.body);
     if (!body) return;
     const {info, speed, server, isAsleep, position, parts} = body;
-    const place =
-        moved({sector: position.sector, local: [0, 0, 0]}, position.local, this.bodies.view.sector_size);
+    const {view} = this.bodies;
+    const place = moved(placed(position), position.local, view.sector_size);
     this.#head(info.name);
     fill(this.facts, [
       ['id', String(info.id)],
       ['shape', describe(parts)],
       ['mass', info.motion === 'dynamic' ? `${rounded(info.mass)} kg` : info.motion],
       ['friction', String(rounded(info.friction))],
+      ...(view.frame ? [['frame', view.frame_name]] : []),
       ['sector', sectorText(place.sector)],
       ['position', `${place.local.map((x) => x.toFixed(3)).join(', ')} m`],
       ['speed', `${speed.toFixed(3)} m/s`],

@@ -3,7 +3,7 @@ import {
   BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial,
 } from 'three';
 
-import {between, toJson} from './position.js';
+import {between, isSameFrame, placed, toJson} from './position.js';
 
 const kHalfMin = 60;  // m
 const kHalfMax = 4000;
@@ -59,7 +59,7 @@ export class Ground {
   lookAround(body, {focus, distance, sectorSize}) {
     if (body === null || !focus) return this.clear();
     const half = kHalfOf(distance);
-    const isEnough = this.#shown && half < 2 * this.#shown.half && half > this.#shown.half / 3 &&
+    const isEnough = this.#shown && isSameFrame(this.#shown.centre, focus) && half < 2 * this.#shown.half && half > this.#shown.half / 3 &&
         Math.hypot(...between(this.#shown.centre, focus, sectorSize)) < this.#shown.half / 6;
     if (isEnough || this.#isAsking || performance.now() - this.#askedAt < kRetryMs) return;
     this.#request(body, focus, half);
@@ -85,10 +85,8 @@ export class Ground {
 
   // Where it is in the view, whose centre of a sector is the origin.
   place(view) {
-    this.object.visible = this.#shown !== null;
-    if (!this.#shown) return;
-    const from = {sector: view.sector, local: [0, 0, 0]};
-    const to = {sector: this.#shown.centre.sector, local: [0, 0, 0]};
-    this.object.position.set(...between(from, to, view.sector_size));
+    this.object.visible = this.#shown !== null && isSameFrame(this.#shown.centre, view);
+    if (!this.object.visible) return;
+    this.object.position.set(...between(placed(view), placed(this.#shown.centre), view.sector_size));
   }
 }

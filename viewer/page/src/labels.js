@@ -1,7 +1,7 @@
 // Labels in the picture: the selected body, and places too far away to be seen.
 import {Vector3} from 'three';
 
-import {between} from './position.js';
+import {between, isSameFrame, placed} from './position.js';
 
 const kPlacesMax = 50;
 
@@ -21,7 +21,8 @@ export function labelsOf(picture, camera, bodies, selected, places) {
   const {view} = bodies;
   const eye = camera.three.position;
   for (const place of places.slice(0, kPlacesMax)) {
-    const local = between({sector: view.sector, local: [0, 0, 0]}, place, view.sector_size);
+    if (!isSameFrame(place, view)) continue;
+    const local = between(placed(view), place, view.sector_size);
     const distance = new Vector3(...local).distanceTo(eye);
     if (distance < 400 + 6 * place.half || distance > 1e9) continue;
     if (view.planet && hidesBehind(view.planet, eye, local)) continue;

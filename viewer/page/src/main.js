@@ -14,7 +14,7 @@ import {Panels} from './panels.js';
 import {distanceFor, Places} from './places.js';
 import {Player} from './player.js';
 import {number, usePlotColours} from './plot.js';
-import {between, moved, sectorText, toJson} from './position.js';
+import {between, fromJson, isSameFrame, placed, sectorText, toJson} from './position.js';
 import {Radios} from './radios.js';
 import {RecordButton} from './record_button.js';
 import {Picture} from './scene.js';
@@ -58,6 +58,7 @@ const state = {
   wantsPlace: true,  // go to the first place as soon as one is known
   selected: null,
   following: false,
+  isBoarding: false,
   framesDrawn: 0,
   framesPerSecond: 0,
   bytesPerSecond: 0,
@@ -81,7 +82,7 @@ function lookWhereNeeded(force = false) {
   if (!camera.focus) return;
   const half = wantedHalf();
   const last = state.looked;
-  const isEnough = last && half <= last.half && half > last.half / 3 &&
+  const isEnough = last && isSameFrame(last.focus, camera.focus) && half <= last.half && half > last.half / 3 &&
       Math.max(...between(last.focus, camera.focus, camera.sectorSize).map(Math.abs)) <
           last.half - 0.7 * half;
   if (isEnough && !force) return;
@@ -193,13 +194,18 @@ function setFollowing(on) {
   state.following = on;
   $('follow').classList.toggle('on', on);
   $('follow').setAttribute('aria-pressed', String(on));
-  if (!on) camera.stopGliding();
+  if (!on) camera.stopRiding();
 }
 
-function followSelected() {
-  if (!state.following) return;
-  const body = bodies.look(state.selected);
-  if (body) camera.glideTo(moved(body.position, [0, 0, 0], bodies.view.sector_size));
+// What is followed is seen from its own frame: there it moves as slowly as it does, and the view turns with it.
+async function boardWhereNeeded() {
+  if (!state.following || state.isBoarding || bodies.look(state.selected)?.isAboard === false) return;
+  state.isBoarding = true;
+  const found = await source.ask('find', {body: state.selected}).catch(() => null);  // the next time
+  state.isBoarding = false;
+  if (!state.following || found?.body !== state.selected) return;
+  camera.jump(fromJson(found));
+  lookWhereNeeded(true);
 }
 
 const worlds = new Worlds({
@@ -253,6 +259,7 @@ source.addEventListener('world', ({detail}) => {
   select(null);
   dashboard.clear();
   state.wantsPlace ||= isOther;
+  if (isOther && camera.focus?.frame) goTo(placed({sector: [0n, 0n, 0n]}));  // which the world may not have
   refreshPlaces();
 });
 
@@ -276,7 +283,6 @@ source.addEventListener('frame', ({detail}) => {
   if (detail.kind === 'contacts') return picture.contacts.show(detail);
   if (detail.isKey) camera.up.set(...state.pendingView.up);
   bodies.apply(detail, state.pendingView);
-  followSelected();
   if (detail.isKey) places.arrived();
 });
 
@@ -507,14 +513,15 @@ function showGrid() {
   const {view} = bodies;
   const on = $('gridOn').checked && view !== null;
   picture.grid.object.visible = on;
-  if (!on || !camera.focus) return;
+  if (!on || !camera.focus || !isSameFrame(camera.focus, view)) return;
   const offsetOf = (sector) => sector.map((index, axis) => Number(index - view.sector[axis]));
   picture.grid.show(bodies.occupiedSectors(), offsetOf(details.sector ?? camera.focus.sector), view.sector_size);
 }
 
 function showFooter() {
   const {focus} = camera;
-  $('where').textContent = focus ? `sector ${sectorText(focus.sector)}` : '';
+  const frame = focus?.frame && bodies.view?.frame === focus.frame ? `${bodies.view.frame_name}, ` : '';
+  $('where').textContent = focus ? `${frame}sector ${sectorText(focus.sector)}` : '';
   $('view').textContent = focus ?
       `at ${focus.local.map((x) => x.toFixed(1)).join(', ')} m · camera ${number(camera.distance)} m away` :
       '';
@@ -536,13 +543,15 @@ function draw(now) {
   last = now;
   camera.advance(seconds);
   player.advance(seconds);
-  if (!camera.focus || !bodies.view) return;
+  if (!camera.focus || !bodies.view || !isSameFrame(camera.focus, bodies.view)) return;
   const pose = `${camera.focus.sector} ${camera.focus.local} ${camera.yaw} ${camera.pitch} ${camera.distance}`;
   if (pose !== lastPose) redraw();
   lastPose = pose;
   if (drawnAt > drawUntil && !picture.ray.object.visible) return;
   drawnAt = performance.now();
   bodies.blend(drawnAt);
+  const followed = state.following ? bodies.drawnPlace(state.selected) : null;
+  if (followed) camera.ride(followed);
   ground.place(bodies.view);
   if (picture.seams.object.visible) picture.seams.advance(bodies);
   const measuring = picture.sensorRays.object.visible ? bodies.look(state.selected) : null;
@@ -562,6 +571,7 @@ setInterval(() => {
 }, 1000);
 for (const change of ['click', 'change', 'keydown', 'resize']) addEventListener(change, redraw);
 setInterval(() => {
+  boardWhereNeeded();
   lookWhereNeeded();
   ground.lookAround(player.isOn ? null : bodies.ground, camera);
 }, kLookEveryMs);

@@ -8,6 +8,8 @@ const kSimilarMax = 5;
 
 export const distanceFor = (half) => Math.min(Math.max(2.4 * half, 14), 260);
 
+const placeText = ({sector, frame_name: frame}) => frame ? `${frame}, ${sectorText(sector)}` : sectorText(sector);
+
 const isSame = (a, b) => a.every((index, axis) => index === b[axis]);
 
 export class Places {
@@ -32,7 +34,7 @@ export class Places {
 
   show() {
     const shown = this.all.slice(0, kShownMax);
-    const text = JSON.stringify(shown.map(({sector, bodies: count, name}) => [sector.map(String), count, name]));
+    const text = JSON.stringify(shown.map((place) => [placeText(place), place.bodies, place.name]));
     if (this.list.dataset.shown === text) return;
     this.list.dataset.shown = text;
     this.list.replaceChildren(...shown.map((place) => {
@@ -42,7 +44,7 @@ export class Places {
       const count = document.createElement('small');
       count.textContent = `${number(place.bodies)} bod${place.bodies === 1 ? 'y' : 'ies'}`;
       const sector = document.createElement('small');
-      sector.textContent = sectorText(place.sector);
+      sector.textContent = placeText(place);
       button.append(name, count, sector);
       button.onclick = () => {
         this.#say(null);
@@ -75,7 +77,8 @@ export class Places {
 
   // After a frame with all bodies of the view.
   arrived() {
-    if (!this.#arriving || !isSame(this.#arriving.sector, this.bodies.view.sector)) return;
+    const {view} = this.bodies;
+    if (!this.#arriving || view.frame || !isSame(this.#arriving.sector, view.sector)) return;
     const {sector, from} = this.#arriving;
     this.#arriving = null;
     if (this.bodies.countMoving > 0) return;

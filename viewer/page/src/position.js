@@ -1,13 +1,17 @@
 // Lossless positions of any size: {sector: [i, j, k] of BigInt, local: [x, y, z] in metres from its
-// centre}.
+// centre}, and `frame`, its number, where the sector is one of a frame that moves.
 
-export const position = (sector, local = [0, 0, 0]) => ({sector, local});
+// In the sector and frame of another position, or of a view.
+export const placed = ({sector, frame}, local = [0, 0, 0]) => frame ? {sector, local, frame} : {sector, local};
 
 // The server's format, with indices as strings.
-export const fromJson = ({sector, local}) => ({sector: sector.map(BigInt), local});
-export const toJson = ({sector, local}) => ({sector: sector.map(String), local});
+export const fromJson = ({sector, local, frame}) => placed({sector: sector.map(BigInt), frame}, local);
+export const toJson = ({sector, local, frame}) => placed({sector: sector.map(String), frame}, local);
 
-// The vector between two positions, in metres: exact while they are near each other.
+// Whether there is a vector between them.
+export const isSameFrame = (a, b) => (a.frame ?? 0) === (b.frame ?? 0);
+
+// The vector between two positions of one frame, in metres: exact while they are near each other.
 export function between(from, to, sectorSize) {
   return to.local.map(
       (x, axis) => Number(to.sector[axis] - from.sector[axis]) * sectorSize + x - from.local[axis]);
@@ -22,7 +26,7 @@ export function moved(from, way, sectorSize) {
     sector[axis] = BigInt.asIntN(64, sector[axis] + BigInt(sectors));
     return sum - sectors * sectorSize;
   });
-  return {sector, local};
+  return placed({sector, frame: from.frame}, local);
 }
 
 const kRange = 1n << 63n;

@@ -2,7 +2,7 @@
 // physical shape; of what is aboard of frames that move, they hit what is drawn.
 import {Quaternion, Vector3} from 'three';
 
-import {between, moved, toJson} from './position.js';
+import {between, moved, placed, toJson} from './position.js';
 
 const kRayLengthMin = 200;  // m
 const kDensity = 500;       // kg/m^3
@@ -53,7 +53,7 @@ export class Tools {
     const {view} = this.bodies;
     const {origin, direction} = this.picture.rayThrough(this.camera, view, event);
     const length = Math.max(kRayLengthMin, 6 * this.camera.distance);
-    const from = moved({sector: view.sector, local: [0, 0, 0]}, origin, view.sector_size);
+    const from = moved(placed(view), origin, view.sector_size);
     const ray = {...toJson(from), direction, length};
     const aboard = this.bodies.pickAboard(ray);
     const outside = await this.source.ask('pick', ray);
@@ -86,6 +86,7 @@ export class Tools {
     const arm = between(position, hit, this.bodies.view.sector_size);
     await this.source.ask('push', {
       body: hit.body,
+      frame: this.bodies.view.frame ?? 0,
       impulse: direction.map((x) => x * this.speed * body.info.mass),
       lever: new Vector3(...arm).sub(centre).toArray(),
     });
@@ -96,7 +97,7 @@ export class Tools {
     const body = this.bodies.look(id);
     if (body?.info.motion !== 'dynamic') return;
     const impulse = this.camera.up.clone().multiplyScalar(2 * this.speed * body.info.mass).toArray();
-    await this.source.ask('push', {body: id, impulse, lever: [0, 0, 0]});
+    await this.source.ask('push', {body: id, frame: this.bodies.view.frame ?? 0, impulse, lever: [0, 0, 0]});
   }
 
   async _spawn({hit}) {
@@ -118,7 +119,7 @@ export class Tools {
 
   _ray({from, direction, length, hit}) {
     const {view} = this.bodies;
-    const start = between({sector: view.sector, local: [0, 0, 0]}, from, view.sector_size);
+    const start = between(placed(view), from, view.sector_size);
     const reach = hit ? hit.distance : length;
     // Starts slightly beside the eye, so that the ray is visible from the side.
     const beside = this.camera.directions().right.multiplyScalar(0.02 * this.camera.distance).toArray();

@@ -17,6 +17,9 @@ const kPictures = {
   rover: {body: 'robot::hull', ticks: 180, yaw: -2.3, pitch: 0.5, distance: 3.5},
   fountain: {body: 'ball_0::link', ticks: 300, yaw: -2.3, pitch: 0.4, distance: 11},
   balance: {body: 'cart_1::cart', ticks: 120, yaw: -2.3, pitch: 0.3, distance: 5},
+  voyage: {body: 'sailor::body', ticks: 120, yaw: -2.0, pitch: 0.3, distance: 16},
+  train: {body: 'crate_1::crate', ticks: 450, yaw: -1.9, pitch: 0.35, distance: 24},
+  habitat: {body: 'tower::box_5', ticks: 120, yaw: -2.0, pitch: 0.3, distance: 30},
   seam: {body: 'tower_1::box_5', ticks: 30, yaw: -2.2, pitch: 0.3, distance: 22},
 };
 

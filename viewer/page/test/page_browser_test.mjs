@@ -519,15 +519,33 @@ test('an empty cluster offers worlds, and loads the one that is chosen', async (
   }
 });
 
-test('what is aboard of a frame that moves is selected, pushed and joined by clicks', async () => {
+// `isAboard`: of another frame than the view's.
+const isInView = (name, isAboard) => page.waitForFunction((wanted, aboard) => {
+  const {bodies} = window.tessera;
+  return [...bodies.ids].map((id) => bodies.look(id))
+      .some((look) => look.info.name === wanted && look.isAboard === aboard);
+}, {}, name, isAboard);
+
+// Moves the camera to a body that is aboard of a frame, seen from the world.
+async function lookFromOutside(name) {
+  await page.evaluate(() => window.tessera.goTo({sector: [0n, 0n, 0n], local: [0, 0, 0]}));
+  await isInView(name, true);
+  const drawn = await page.evaluate((wanted) => {
+    const {bodies, goTo, state} = window.tessera;
+    const id = [...bodies.ids].find((one) => bodies.look(one).info.name === wanted);
+    goTo(bodies.look(id).position, 14);
+    return state.framesDrawn;
+  }, name);
+  await page.waitForFunction(
+      (before) => window.tessera.state.framesDrawn > before && window.tessera.bodies.isBlended, {}, drawn);
+}
+
+test('what is aboard of a frame that moves is selected, pushed and joined by clicks from outside', async () => {
   await tessera(cluster.address, 'load', join(process.env.TESSERA_WORLDS_FOLDER, 'train.sdf'), '--replace');
-  await page.waitForFunction(() => {
-    const {bodies} = window.tessera;
-    return [...bodies.ids].some((id) => bodies.look(id).info.name === 'crate_2::crate');
-  });
+  await reads('worldName', /^train$/);
   await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 60}));
-  await page.waitForFunction(() => window.tessera.bodies.tick === 60);
-  await jumpTo('crate_2::crate');
+  await isAtTick(60);
+  await lookFromOutside('crate_2::crate');
   await page.keyboard.press('Escape');
   await clickInTheMiddle();
   await isSelected(/^crate_2::crate$/);
@@ -543,15 +561,55 @@ test('what is aboard of a frame that moves is selected, pushed and joined by cli
   await stepUntil(isAboard);
   await page.evaluate(() => window.tessera.connection.ask('remove', {body: window.spawned}));
   await stepUntil(() => ![...window.tessera.bodies.ids].includes(window.spawned));
-  await jumpTo('crate_2::crate');  // which has moved along
+  await lookFromOutside('crate_2::crate');  // which has moved along
   await page.click('[data-tool=push]');
   await clickInTheMiddle();
   await stepUntil(() => {
-    const {bodies} = window.tessera;
-    const id = [...bodies.ids].find((one) => bodies.look(one).info.name === 'crate_2::crate');
-    return bodies.look(id)?.speed > 0.5;
+    const {bodies, state} = window.tessera;
+    return bodies.look(state.selected)?.info.name === 'crate_2::crate' && bodies.look(state.selected).speed > 0.5;
   });
   await page.click('[data-tool=select]');
+});
+
+test('the camera rides along in the frame of a body that it follows, and clicks take effect there', async () => {
+  await lookFromOutside('crate_3::crate');
+  await page.keyboard.press('Escape');
+  await clickInTheMiddle();
+  await isSelected(/^crate_3::crate$/);
+  await page.click('#follow');
+  await page.waitForFunction(() => window.tessera.bodies.view.frame_name === 'train');
+  await isInView('crate_3::crate', false);
+  await reads('where', /^train, sector 1, 0, 0$/);
+  await reads('facts', /frame\s*train/);
+  const local = (name) => page.evaluate((wanted) => {
+    const {bodies} = window.tessera;
+    const id = [...bodies.ids].find((one) => bodies.look(one).info.name === wanted);
+    const {sector, local: place} = bodies.look(id).position;
+    return place.map((x, axis) => x + Number(sector[axis]) * bodies.view.sector_size);
+  }, name);
+  const [crate, outside] = [await local('crate_3::crate'), await local('beside_the_line::crate')];
+  const {tick} = await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 60}));
+  await isAtTick(tick);
+  const moved = async (name, before) => Math.hypot(...(await local(name)).map((x, axis) => x - before[axis]));
+  assert.ok(await moved('crate_3::crate', crate) < 1e-3, 'it rests in the train');
+  assert.ok(Math.abs(await moved('beside_the_line::crate', outside) - 30) < 1e-3, 'a second at 30 m/s');
+  // The crate is still in the middle.
+  await page.click('[data-tool=push]');
+  await clickInTheMiddle();
+  await stepUntil(() => window.tessera.bodies.look(window.tessera.state.selected)?.speed > 0.5);
+  await page.click('[data-tool=select]');
+  assert.equal(await selected(), 'crate_3::crate');
+  for (let n = 0; n < 30; ++n)
+    await page.evaluate(() => window.tessera.connection.ask('step', {ticks: 1}));
+  await page.waitForFunction(() => {
+    const {bodies, camera, state} = window.tessera;
+    const place = bodies.drawnPlace(state.selected);
+    const away = place.local.map(
+        (x, axis) => x - camera.focus.local[axis] + Number(place.sector[axis] - camera.focus.sector[axis]) * camera.sectorSize);
+    return Math.hypot(...away) < 1e-3;
+  });
+  await jumpTo('beside_the_line::crate');
+  await page.waitForFunction(() => !window.tessera.bodies.view.frame);
 });
 
 test('ground without an end is drawn, where rays of the cluster meet it', async () => {

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import {test} from 'node:test';
 
 import {decode} from '../src/frame.js';
-import {between, fromJson, moved, parseSector, sectorText, toJson} from '../src/position.js';
+import {between, fromJson, isSameFrame, moved, parseSector, sectorText, toJson} from '../src/position.js';
 
 import {fileOf, kTimeStep, kTopics, recordingOf} from './recordings.mjs';
 import {sources} from './sources.mjs';
@@ -16,8 +16,8 @@ globalThis.CustomEvent ??= class extends Event {
   }
 };
 
-const {Bodies, Playback, Recording, plottable, programFacts} =
-    await sources('bodies.js', 'details.js', 'recording/playback.js', 'recording/recording.js');
+const {Bodies, Camera, Playback, Recording, plottable, programFacts} =
+    await sources('bodies.js', 'camera.js', 'details.js', 'recording/playback.js', 'recording/recording.js');
 
 const far = 1n << 62n;
 
@@ -79,6 +79,35 @@ test('moving and measuring are exact far away', () => {
     assert.deepEqual(to, {sector: [origin + 1n, 0n, -origin - 1n], local: [-63, 0.25, 58]});
     assert.deepEqual(between(from, to, 128), [2, 0.25, -10]);
   }
+});
+
+test('positions stay in their frame', () => {
+  const aboard = {sector: [far, 0n, 0n], local: [1, 2, 3], frame: 2};
+  assert.deepEqual(fromJson(toJson(aboard)), aboard);
+  assert.deepEqual(moved(aboard, [16, 0, 0], 16), {...aboard, sector: [far + 1n, 0n, 0n]});
+  assert.ok(isSameFrame(aboard, moved(aboard, [1, 1, 1], 16)));
+  assert.ok(!isSameFrame(aboard, {sector: [far, 0n, 0n], local: [1, 2, 3]}));
+  assert.ok(!('frame' in toJson({sector: [0n, 0n, 0n], local: [0, 0, 0]})));
+});
+
+test('a camera that rides along keeps up at any speed, and what is left of the way fades', () => {
+  const camera = new Camera({addEventListener() {}});
+  camera.sectorSize = 16;
+  camera.jump({sector: [far, 0n, 0n], local: [0, 0, 0]}, 10);
+  const body = {sector: [far, 0n, 0n], local: [4, 0, 0]};
+  const away = () => Math.hypot(...between(camera.focus, body, 16));
+  camera.ride(body);
+  assert.equal(away(), 4, 'at first it stays where it is');
+  for (let n = 0; n < 60; ++n) {
+    Object.assign(body, moved(body, [130, 0, 0], 16));  // 7.8 km/s
+    camera.advance(1 / 60);
+    camera.ride(body);
+  }
+  assert.ok(away() < 1e-3, `${away()} m`);
+  Object.assign(body, moved(body, [1e6, 0, 0], 16));
+  camera.stopRiding();
+  camera.ride(body);
+  assert.equal(away(), 0, 'what is far away is jumped to');
 });
 
 test('frames of bodies are decoded', () => {
