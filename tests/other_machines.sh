@@ -6,6 +6,7 @@
 #   gcc-12    what releases are built with
 #   clang-14, clang-15, clang-16, clang-19
 #   arm64     cross-compiled by GCC 12, run by qemu; the root with the libraries for arm64 is build/arm64-root
+#   mixed     a cluster of a server for amd64 and one for arm64, each of which is lost once (tests/mixed_cluster.py)
 #
 # JOBS (default: the number of processors) is how many compilers run at once. Ends with 1 if a machine has other bits.
 set -euo pipefail
@@ -13,7 +14,7 @@ set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$top"
 jobs=${JOBS:-$(nproc)}
-all=(gcc-12 clang-14 clang-15 clang-16 clang-19 arm64)
+all=(gcc-12 clang-14 clang-15 clang-16 clang-19 arm64 mixed)
 # The tests of what the bits are computed with.
 units=(base_test solver_test joint_numbers_test islands_test collision_test)
 export TESSERA_ARM64_ROOT=${TESSERA_ARM64_ROOT:-$top/build/arm64-root}
@@ -81,7 +82,7 @@ configure() {
     clang-*)
       cmake --preset clang -B "$build" -DCMAKE_C_COMPILER="$machine" -DCMAKE_CXX_COMPILER="clang++-${machine#clang-}"
       ;;
-    arm64) cmake --preset arm64 ;;
+    arm64 | mixed) cmake --preset arm64 ;;
   esac
 }
 
@@ -89,7 +90,7 @@ prepare() {
   case $1 in
     gcc-*) install "g++-${1#gcc-}" ;;
     clang-*) install "$1" ;;
-    arm64)
+    arm64 | mixed)
       install dpkg-dev g++-aarch64-linux-gnu mmdebstrap qemu-user-static
       make_arm64_root
       ;;
@@ -104,10 +105,18 @@ passed_of() {
   echo "${passed:-0} of ${all:-?}"
 }
 
+# Both builds of the daemons, and what they do together.
+run_mixed_cluster() {
+  configure mixed
+  ninja -C "$top/build/arm64" -j "$jobs" tessera-sector-server tessera-engine-f32
+  JOBS=$jobs "$top/deploy/build.sh" release tessera tessera-coordinator tessera-sector-server tessera-engine-f32
+  "$top/tests/mixed_cluster.py" "$top/build/release" "$top/build/arm64"
+}
+
 machines=("$@")
 [ ${#machines[@]} -gt 0 ] || machines=("${all[@]}")
 for machine in "${machines[@]}"; do
-  [[ " ${all[*]} " == *" $machine "* ]] || { sed -n '2,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2; }
+  [[ " ${all[*]} " == *" $machine "* ]] || { sed -n '2,12s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2; }
 done
 
 "$top/deploy/install_dependencies.sh" test
@@ -116,6 +125,12 @@ for machine in "${machines[@]}"; do
   build=$top/build/$machine
   mkdir -p "$build"
   prepare "$machine"
+  if [ "$machine" = mixed ]; then
+    started=$SECONDS
+    if run_mixed_cluster >"$build/mixed.log" 2>&1; then outcome='the same hashes'; else outcome=failed failed=1; fi
+    rows+=("mixed	$((SECONDS - started)) s	$outcome: $build/mixed.log")
+    continue
+  fi
   run=()
   [ "$machine" != arm64 ] || run=(qemu-aarch64-static -L "$TESSERA_ARM64_ROOT")
   started=$SECONDS

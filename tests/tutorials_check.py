@@ -36,7 +36,7 @@ from docs_pages import INDENT, SHELL_FENCES
 
 TOP = Path(__file__).resolve().parent.parent
 DEADLINE_S = 120.0
-SET_UP = re.compile(r"((sudo|git|pip|npm|apt) |\./run|\./test|deploy/|python3 -m venv|source |export (PATH|TESSERA_COMMAND)=)")
+SET_UP = re.compile(r"((sudo|git|pip|npm|apt) |\./run|\./test|deploy/|(/usr/bin/)?python3 -m venv|source |export (PATH|TESSERA_COMMAND)=)")
 HIDDEN = re.compile(r"<!-- \$ (.*) -->")
 FILE = re.compile(r"`([^`\s]+)`:$")
 DONE = "-- these commands are done"

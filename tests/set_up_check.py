@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""Runs what the pages tell readers to install and build, as root on a bare machine: what other checks of pages leave out.
+
+    tests/set_up_check.py [PAGE...]
+
+Takes the pages in the order in which a reader comes to them. The commands of each run in one shell at the top of the
+repository, from the first to the last; `sudo` runs what follows it. Left out: `./run` and `./test`, for which this is not the
+place; systemctl, which a container does not have; and what is marked by PLACES. After a command that installs the Python
+package, `import tessera` must work. Prints a line for each command with its seconds; exit code 1 if one fails.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from docs_pages import INDENT, SHELL_FENCES
+from tutorials_check import SET_UP
+
+TOP = Path(__file__).resolve().parent.parent
+PAGES = (
+    "README.md", "docs/quickstart.md", "docs/viewer.md", "docs/gallery.md", "docs/tutorials/README.md",
+    "docs/tutorials/plot.md", "docs/tutorials/game_server.md", "docs/tutorials/settings.md", "docs/programs_tutorial.md",
+    "docs/sdk.md", "docs/python.md", "client_sdk/python/README.md", "docs/ros.md", "docs/ground.md", "docs/seams.md",
+    "docs/scale.md", "docs/sizing.md", "docs/performance.md", "docs/results/README.md", "docs/operations.md",
+    "CONTRIBUTING.md",
+)
+NOT_HERE = ("./run", "./test", "sudo systemctl", "git clone", "deploy/release.sh")
+PLACES = ("./tessera_",)  # a package that was downloaded
+DEADLINE_S = 3600
+PRELUDE = 'command -v sudo >/dev/null || sudo() { "$@"; }\napt() { command apt-get -y -qq "$@"; }\n'
+MEASURED = "-- took "
+
+
+def set_up(page: Path) -> Iterator[str]:
+    """The commands of a page that install and build, without comments."""
+    fence = ""
+    for line in page.read_text(encoding="utf-8").splitlines():
+        if line.startswith("```"):
+            fence = "" if fence else line
+            continue
+        if fence not in SHELL_FENCES and not (not fence and line.startswith(INDENT)):
+            continue
+        command = line.strip().partition(" #")[0].strip()
+        if SET_UP.match(command) and not command.startswith(NOT_HERE) and not any(place in command for place in PLACES):
+            yield command
+
+
+def run(page: str, commands: list[str]) -> bool:
+    lines = [PRELUDE]
+    for command in commands:
+        lines.append(f"start=$SECONDS\n{command}\necho '{MEASURED}'$((SECONDS - start)) s: {subprocess.list2cmdline([command])}")
+        if command.startswith("pip install"):
+            lines.append("(cd / && python3 -c 'import tessera; tessera.Client')")
+    done = subprocess.run(["bash", "-eo", "pipefail"], input="\n".join(lines), cwd=TOP, text=True, timeout=DEADLINE_S,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    for line in done.stdout.splitlines():
+        if line.startswith(MEASURED):
+            print(f"{page}: {line.removeprefix(MEASURED)}", flush=True)
+    if done.returncode != 0:
+        print(f"{page} fails:\n{done.stdout[-3000:]}", flush=True)
+    return done.returncode == 0
+
+
+def main() -> int:
+    began = time.monotonic()
+    is_right = True
+    for page in sys.argv[1:] or PAGES:
+        commands = list(set_up(TOP / page))
+        if commands:
+            is_right = run(page, commands) and is_right
+    print(f"{time.monotonic() - began:.0f} s")
+    return 0 if is_right else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
