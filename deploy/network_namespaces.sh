@@ -25,6 +25,7 @@ done
 shift $((OPTIND - 1))
 world=${1:-$top/worlds/seam.sdf}
 [ "$(id -u)" -eq 0 ] || { echo "network namespaces need root" >&2; exit 1; }
+command -v ip >/dev/null || { echo "the command ip is missing: apt-get install iproute2" >&2; exit 1; }
 
 prefix=tessera-$$
 scratch=$(mktemp -d)
