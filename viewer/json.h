@@ -27,8 +27,8 @@ nlohmann::json to_json(const FoundBody& body);
 
 // INVALID_ARGUMENT if a field is missing or has another type.
 absl::StatusOr<WorldPosition> position_from(const nlohmann::json& json);
-absl::StatusOr<FrameNumber> frame_from(
-    const nlohmann::json& json);  // of a position; no such field: the world's
+// Of a position: the world's if no field says so.
+absl::StatusOr<FrameNumber> frame_from(const nlohmann::json& json);
 absl::StatusOr<Eigen::Vector3d> vector_from(const nlohmann::json& json);
 absl::StatusOr<std::uint64_t> natural_from(const nlohmann::json& json);
 
