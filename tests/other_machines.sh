@@ -4,7 +4,7 @@
 # and prints a table. Without arguments: all machines.
 #
 #   gcc-12    what releases are built with
-#   clang-14, clang-15, clang-16, clang-19
+#   clang-16, clang-19
 #   arm64     cross-compiled by GCC 12, run by qemu; the root with the libraries for arm64 is build/arm64-root
 #   mixed     a cluster of a server for amd64 and one for arm64, each of which is lost once (tests/mixed_cluster.py)
 #
@@ -14,7 +14,7 @@ set -euo pipefail
 top=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$top"
 jobs=${JOBS:-$(nproc)}
-all=(gcc-12 clang-14 clang-15 clang-16 clang-19 arm64 mixed)
+all=(gcc-12 clang-16 clang-19 arm64 mixed)
 # The tests of what the bits are computed with.
 units=(base_test solver_test joint_numbers_test islands_test collision_test)
 export TESSERA_ARM64_ROOT=${TESSERA_ARM64_ROOT:-$top/build/arm64-root}
@@ -80,7 +80,8 @@ configure() {
   case $machine in
     gcc-*) cmake --preset release -B "$build" -DCMAKE_C_COMPILER="$machine" -DCMAKE_CXX_COMPILER="g++-${machine#gcc-}" ;;
     clang-*)
-      cmake --preset clang -B "$build" -DCMAKE_C_COMPILER="$machine" -DCMAKE_CXX_COMPILER="clang++-${machine#clang-}"
+      # Newer ones warn of what headers of Debian 12 do.
+      cmake --preset clang -B "$build" -DTESSERA_WERROR=OFF -DCMAKE_C_COMPILER="$machine" -DCMAKE_CXX_COMPILER="clang++-${machine#clang-}"
       ;;
     arm64 | mixed) cmake --preset arm64 ;;
   esac
