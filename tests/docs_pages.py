@@ -49,12 +49,18 @@ def anchors(page: Path) -> set[str]:
 
 def shell_commands(page: Path, name: str) -> Iterator[Command]:
     """The commands in indented blocks and in fenced shell blocks, in order."""
+    for number, line in shell_lines(page):
+        yield from split(line, name, number)
+
+
+def shell_lines(page: Path) -> Iterator[tuple[int, str]]:
+    """The numbered lines of those blocks, each with what continues it."""
     first, whole = 0, ""
     for number, line in _lines(page, in_code=True):
         first = first if whole else number
         whole += line.removesuffix("\\")
         if not line.endswith("\\"):
-            yield from split(whole, name, first)
+            yield first, whole
             whole = ""
 
 

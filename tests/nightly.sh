@@ -18,39 +18,33 @@ cd "$top" || exit 1
 bin=build/release/bin
 logs=build/nightly
 
+all=(run test pages package seeds chaos machines)
+
 # shellcheck disable=SC2317  # the parts, called by their names
-run() { ./run; }
-test_all() { ./test; }
-pages() { tests/set_up_check.py; }
-package() { deploy/package.sh && deploy/try_package.sh; }
-seeds() {
+part_run() { ./run; }
+part_test() { ./test; }
+part_pages() { tests/set_up_check.py; }
+part_package() { deploy/package.sh && deploy/try_package.sh; }
+part_seeds() {
   local first
   first=$(date +%s)
   "$bin/tessera" simulate worlds/voyage.sdf --seed "$first" --seeds 500 --servers 3 --commands 40 --crashes 2 --cuts 2 --stops 1 \
     --coordinator-crashes 1 --drains 1 &&
     "$bin/tessera" simulate worlds/rover.sdf --seed "$first" --seeds 500 --servers 2 --commands 40 --extremes
 }
-chaos() { TESSERA_MINUTES=10 TESSERA_SEED=$(date +%s) "$bin/chaos_drill"; }
-machines() { tests/other_machines.sh; }
+part_chaos() { TESSERA_MINUTES=10 TESSERA_SEED=$(date +%s) "$bin/chaos_drill"; }
+part_machines() { tests/other_machines.sh; }
 
 parts=("$@")
-[ ${#parts[@]} -gt 0 ] || parts=(run test pages package seeds chaos machines)
+[ ${#parts[@]} -gt 0 ] || parts=("${all[@]}")
 for part in "${parts[@]}"; do
-  case $part in
-    run | test | pages | package | seeds | chaos | machines) ;;
-    *)
-      sed -n '2,13s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
-      exit 2
-      ;;
-  esac
+  [[ " ${all[*]} " == *" $part "* ]] || { sed -n '2,13s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2; }
 done
 mkdir -p "$logs"
 failed=0
 for part in "${parts[@]}"; do
   started=$SECONDS outcome=passed
-  function=$part
-  [ "$part" != test ] || function=test_all
-  "$function" >"$logs/$part.log" 2>&1 || outcome=FAILED failed=1
+  "part_$part" >"$logs/$part.log" 2>&1 || outcome=FAILED failed=1
   printf '%-9s %s after %d min\n' "$part" "$outcome" $(((SECONDS - started + 30) / 60))
 done
 exit $failed

@@ -18,7 +18,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from docs_pages import INDENT, SHELL_FENCES
+from docs_pages import shell_lines
 from tutorials_check import SET_UP
 
 TOP = Path(__file__).resolve().parent.parent
@@ -38,14 +38,8 @@ MEASURED = "-- took "
 
 def set_up(page: Path) -> Iterator[str]:
     """The commands of a page that install and build, without comments."""
-    fence = ""
-    for line in page.read_text(encoding="utf-8").splitlines():
-        if line.startswith("```"):
-            fence = "" if fence else line
-            continue
-        if fence not in SHELL_FENCES and not (not fence and line.startswith(INDENT)):
-            continue
-        command = line.strip().partition(" #")[0].strip()
+    for _, line in shell_lines(page):
+        command = line.partition(" #")[0].strip()
         if SET_UP.match(command) and not command.startswith(NOT_HERE) and DOWNLOADED not in command:
             yield command
 

@@ -21,6 +21,15 @@ WorldSettings settings(double sector_size) {
   return settings;
 }
 
+// A frame at 30 m/s, in ticks of half a second.
+WorldSettings with_train() {
+  WorldSettings train = settings(128);
+  train.time_step = 0.5;
+  train.frames.resize(1);
+  train.frames[0].velocity = {30, 0, 0};
+  return train;
+}
+
 TEST(PageViewTest, BodiesAreSeenFromTheSectorOfTheCameraAtAnyDistance) {
   BodySample body;
   body.id = BodyId{7};
@@ -36,18 +45,15 @@ TEST(PageViewTest, BodiesAreSeenFromTheSectorOfTheCameraAtAnyDistance) {
 }
 
 TEST(PageViewTest, BodiesOfOtherFramesAreWhereTheseAre) {
-  WorldSettings with_train = settings(128);
-  with_train.time_step = 0.5;
-  with_train.frames.resize(1);
-  with_train.frames[0].velocity = {30, 0, 0};
+  const WorldSettings train = with_train();
   BodySample body;
   body.pose.position = {{0, 0, 0, 1}, {1, 2, 3}};
-  const PageView outside({{{1, 0, 0}, {0, 0, 0}}, 20}, with_train);
+  const PageView outside({{{1, 0, 0}, {0, 0, 0}}, 20}, train);
   EXPECT_THAT(outside.see(body, 2, 8).position, ElementsAre(120 + 1 - 128, 2, 3));
   EXPECT_TRUE(outside.see(body, 2, 8).aboard);
   EXPECT_TRUE(outside.holds(outside.see(body, 2, 8)));
   EXPECT_FALSE(outside.holds(outside.see(body, 2, 0)));
-  const PageView inside({{{0, 0, 0, 1}, {0, 0, 0}}, 20}, with_train);
+  const PageView inside({{{0, 0, 0, 1}, {0, 0, 0}}, 20}, train);
   EXPECT_THAT(inside.see(body, 2, 8).position, ElementsAre(1, 2, 3));
   EXPECT_FALSE(inside.see(body, 2, 8).aboard);
   body.pose.position = {{0, 0, 0}, {1, 2, 3}};
@@ -145,16 +151,13 @@ TEST(PageViewTest, AViewInAFrameThatTheWorldLacksIsInTheWorldFrame) {
 }
 
 TEST(PageViewTest, ContactsOfOtherFramesAreWhereTheseAre) {
-  WorldSettings with_train = settings(128);
-  with_train.time_step = 0.5;
-  with_train.frames.resize(1);
-  with_train.frames[0].velocity = {30, 0, 0};
+  const WorldSettings train = with_train();
   ContactFrame frame;
   frame.tick = 8;
   frame.contacts.resize(1);
   frame.contacts[0].position = {{0, 0, 0, 1}, {1, 2, 3}};
   frame.contacts[0].normal = {0, 0, 1};
-  const std::vector<SeenContact> seen = PageView({{{1, 0, 0}, {0, 0, 0}}, 20}, with_train).see(frame);
+  const std::vector<SeenContact> seen = PageView({{{1, 0, 0}, {0, 0, 0}}, 20}, train).see(frame);
   ASSERT_EQ(seen.size(), 1u);
   EXPECT_THAT(seen[0].position, ElementsAre(120 + 1 - 128, 2, 3));
   EXPECT_THAT(seen[0].normal, ElementsAre(0, 0, 1));
