@@ -82,26 +82,43 @@ absl::StatusOr<FoundBody> named_or_numbered(Client& client, const BodyName& name
   return std::move(found->bodies.front());
 }
 
-absl::StatusOr<Aboard> aboard(Client& client, const WorldSettings& settings, const BodyName& name,
-                              FrameNumber seen_from = kWorldFrame) {
-  const absl::StatusOr<FoundBody> body = named_or_numbered(client, name);
+// A body as it is now, in one frame of a stream with `others`.
+struct BodyNow {
+  FoundBody body;
+  BodySample sample;
+  BodyFrame frame;
+};
+
+absl::StatusOr<BodyNow> look_at(Client& client, const BodyName& name, std::vector<BodyId> others = {}) {
+  absl::StatusOr<FoundBody> body = named_or_numbered(client, name);
   if (!body.ok()) return body.status();
-  BodyFilter filter{.ids = {body->id}};
-  for (const MovingFrame& frame : settings.frames) {
-    if (frame.carrier) filter.ids.push_back(frame.carrier->body);
-  }
-  const absl::StatusOr<BodyFrame> seen = one_frame(client, filter);
+  others.push_back(body->id);
+  absl::StatusOr<BodyFrame> seen = one_frame(client, {.ids = std::move(others)});
   if (!seen.ok()) return seen.status();
   const auto sample = std::ranges::find(seen->bodies, body->id, &BodySample::id);
   if (sample == seen->bodies.end())
     return absl::NotFoundError(absl::StrCat("no server reports the position of ", body->name));
+  const BodySample found = *sample;
+  return BodyNow{*std::move(body), found, *std::move(seen)};
+}
+
+absl::StatusOr<Aboard> aboard(Client& client, const WorldSettings& settings, const BodyName& name,
+                              FrameNumber seen_from = kWorldFrame) {
+  std::vector<BodyId> carrying;
+  for (const MovingFrame& frame : settings.frames) {
+    if (frame.carrier) carrying.push_back(frame.carrier->body);
+  }
+  const absl::StatusOr<BodyNow> now = look_at(client, name, std::move(carrying));
+  if (!now.ok()) return now.status();
   SeenCarriers carriers(settings);
-  for (const BodySample& one : seen->bodies) carriers.see(one.id, one.pose);
-  const WorldPose origin{{{0, 0, 0, sample->pose.position.sector.frame}, Eigen::Vector3d::Zero()}};
-  const absl::StatusOr<WorldPose> outside = pose_in_frame(
-      settings, static_cast<double>(seen->tick) * settings.time_step, origin, seen_from, carriers.poses());
+  for (const BodySample& one : now->frame.bodies) carriers.see(one.id, one.pose);
+  const WorldPose& pose = now->sample.pose;
+  const WorldPose origin{{{0, 0, 0, pose.position.sector.frame}, Eigen::Vector3d::Zero()}};
+  const absl::StatusOr<WorldPose> outside =
+      pose_in_frame(settings, static_cast<double>(now->frame.tick) * settings.time_step, origin, seen_from,
+                    carriers.poses());
   if (!outside.ok()) return outside.status();
-  return Aboard{sample->pose, outside->orientation};
+  return Aboard{pose, outside->orientation};
 }
 
 // Where a body is to be: at a position of the world, or away from another body, m along the axes of that, in
@@ -174,14 +191,10 @@ absl::StatusOr<json> pick(Client& client, const json& request) {
 absl::StatusOr<json> find(Client& client, const json& request) {
   const absl::StatusOr<BodyName> name = body_of(request.at("body"));
   if (!name.ok()) return name.status();
-  const absl::StatusOr<FoundBody> body = named_or_numbered(client, *name);
-  if (!body.ok()) return body.status();
-  const absl::StatusOr<BodyFrame> seen = one_frame(client, {.ids = {body->id}});
-  if (!seen.ok()) return seen.status();
-  if (seen->bodies.empty())
-    return absl::NotFoundError(absl::StrCat("no server reports the position of ", body->name));
-  json found = to_json(seen->bodies.front().pose.position);
-  found.update({{"body", body->id.value}, {"name", body->name}});
+  const absl::StatusOr<BodyNow> now = look_at(client, *name);
+  if (!now.ok()) return now.status();
+  json found = to_json(now->sample.pose.position);
+  found.update({{"body", now->body.id.value}, {"name", now->body.name}});
   return found;
 }
 
